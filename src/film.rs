@@ -1,0 +1,37 @@
+//! The picture under way: linear light, one sum per pixel. Knows nothing of scenes, rays or files.
+
+/// A finished picture in linear light, row by row from the top left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width * height` pixels.
+    pub pixels: Vec<Pixel>,
+}
+
+/// One pixel: premultiplied linear RGB, and how much of the background shows through.
+///
+/// `rgb` already holds the scene's background where it is seen, as POV-Ray does without alpha output.
+/// Unclamped: light over 1 is kept for float files.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Pixel {
+    /// Linear red, green and blue.
+    pub rgb: [f32; 3],
+    /// Share of the background seen, 0 (covered) to 1 (nothing hit); alpha is `1 - transmit`.
+    pub transmit: f32,
+}
+
+impl Film {
+    /// A black, covered picture.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, pixels: vec![Pixel::default(); width * height] }
+    }
+
+    /// The pixel in column `x`, row `y` (0 at the top left).
+    pub fn pixel(&self, x: usize, y: usize) -> Pixel {
+        self.pixels[y * self.width + x]
+    }
+}

@@ -1,0 +1,2 @@
+//! The `octray` program.
+fn main() {}

@@ -1,0 +1,81 @@
+//! The scene in POV-Ray's words: plain f64 values, no lanes, no text.
+//!
+//! The evaluator fills it; the reference tracer and the compiler of the packet engine read it. It knows neither how
+//! it was written nor how it will be traced. Space is POV-Ray's: left-handed, +x right, +y up, +z into the picture.
+//! Lengths are scene units, colours linear RGB, angles radians.
+
+mod camera;
+mod color;
+mod finish;
+mod light;
+mod mesh;
+mod object;
+mod pigment;
+mod texture;
+mod transform;
+
+pub use camera::{Camera, Projection};
+pub use color::{Color, Rgb};
+pub use finish::{Finish, Reflection};
+pub use light::{Fade, Light, LightKind};
+pub use mesh::{Mesh, MeshTriangle};
+pub use object::{CsgOp, Flags, Object, Shape};
+pub use pigment::{BlockPattern, ColorMap, Pattern, Pigment, PigmentKind, Wave};
+pub use texture::{Interior, Layer, Texture};
+pub use transform::Transform;
+
+use std::sync::Arc;
+
+/// Everything a renderer needs to know.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// The last camera of the file, or POV-Ray's default.
+    pub camera: Camera,
+    /// Scene-wide settings.
+    pub globals: Globals,
+    /// What a ray sees that hits nothing.
+    pub background: Color,
+    /// In order of declaration.
+    pub lights: Vec<Light>,
+    /// In order of declaration: on exact ties the earlier one is seen.
+    pub objects: Vec<Arc<Object>>,
+}
+
+/// `global_settings` (manual section 3.4.1), with POV-Ray 3.7's defaults.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Globals {
+    /// Levels of recursion, the camera ray counted: 1 sees no reflections.
+    pub max_trace_level: u32,
+    /// Rays whose share of the pixel is below this are not traced.
+    pub adc_bailout: f64,
+    /// Multiplies every `ambient`.
+    pub ambient_light: Rgb,
+    /// Wavelengths of the `irid` interference, red, green and blue, in micrometres.
+    pub irid_wavelength: Rgb,
+    /// Gamma of the working space; 1 is linear light.
+    pub assumed_gamma: Gamma,
+}
+
+/// The space in which the scene's colours are given and light is summed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gamma {
+    /// Light is summed in a space whose values are decoded to linear light by this power; 1 is linear.
+    Power(f64),
+    /// The same with the sRGB transfer curve.
+    Srgb,
+    /// No correction at all: values are written to 8-bit files as they are (scenes before version 3.7 that do not
+    /// say `assumed_gamma`).
+    Off,
+}
+
+impl Default for Globals {
+    fn default() -> Self {
+        Self {
+            max_trace_level: 5,
+            adc_bailout: 1.0 / 255.0,
+            ambient_light: Rgb::ONE,
+            irid_wavelength: Rgb::new(0.70, 0.52, 0.48),
+            assumed_gamma: Gamma::Power(1.0),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Shapes, and what an object adds to its shape.
+
+use super::{Interior, Mesh, Texture, Transform};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A shape with its place, look and flags: one node of the tree that a scene file builds.
+///
+/// `shape` lives in the object's own space; `transform` leads from there to the *parent space* (the shape of the
+/// composite it stands in, or the world). `texture`, `interior_texture`, `clipped_by` and `bounded_by` live in the
+/// parent space, because a transform moves only what stands before it: whoever transforms an object transforms
+/// these too. [`Object::transformed`] does all of it.
+///
+/// A child without a texture or interior has its nearest ancestor's; the evaluator has given every top-level
+/// object a texture.
+#[derive(Debug, Clone)]
+pub struct Object {
+    /// The geometry.
+    pub shape: Shape,
+    /// From the object's own space to its parent's.
+    pub transform: Transform,
+    /// Its look.
+    pub texture: Option<Arc<Texture>>,
+    /// Its look from inside, if another.
+    pub interior_texture: Option<Arc<Texture>>,
+    /// What is in it; compared by identity.
+    pub interior: Option<Arc<Interior>>,
+    /// Only what is inside all of these is there.
+    pub clipped_by: Vec<Arc<Object>>,
+    /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
+    pub bounded_by: Vec<Arc<Object>>,
+    /// Switches.
+    pub flags: Flags,
+}
+
+/// Geometry, in the object's own space.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// All points `radius` from `center`.
+    Sphere {
+        /// Middle.
+        center: DVec3,
+        /// Over 0.
+        radius: f64,
+    },
+    /// All points with `normal . p = distance`; inside is the side the normal points away from.
+    Plane {
+        /// Unit length.
+        normal: DVec3,
+        /// From the origin along `normal`.
+        distance: f64,
+    },
+    /// Between two corners, `min <= max` in each axis.
+    Box {
+        /// Lowest corner.
+        min: DVec3,
+        /// Highest corner.
+        max: DVec3,
+    },
+    /// A cylinder (`base_radius == cap_radius`) or cone between two points.
+    Cone {
+        /// Middle of the one end.
+        base: DVec3,
+        /// Radius there.
+        base_radius: f64,
+        /// Middle of the other end.
+        cap: DVec3,
+        /// Radius there.
+        cap_radius: f64,
+        /// Without its two ends. It is a solid all the same for `inside`.
+        open: bool,
+    },
+    /// A flat ring. Its inside, for constructive geometry, is the side its normal points away from.
+    Disc {
+        /// Middle.
+        center: DVec3,
+        /// Unit length.
+        normal: DVec3,
+        /// Outer radius.
+        radius: f64,
+        /// Radius of the hole, 0 for none.
+        hole: f64,
+    },
+    /// About the y axis.
+    Torus {
+        /// From the middle to the middle of the tube.
+        major: f64,
+        /// Of the tube.
+        minor: f64,
+    },
+    /// One triangle, flat or with a normal per corner.
+    Triangle {
+        /// Corners.
+        vertices: [DVec3; 3],
+        /// Unit normals at the corners.
+        normals: Option<[DVec3; 3]>,
+    },
+    /// One or more closed outlines in one plane; a point is in it if it is within an odd number of them.
+    Polygon {
+        /// Each outline once round, the first point not repeated at the end.
+        outlines: Vec<Vec<DVec3>>,
+    },
+    /// Many triangles.
+    Mesh(Arc<Mesh>),
+    /// Several objects made one.
+    Csg {
+        /// How.
+        op: CsgOp,
+        /// In order of declaration; never empty. The order has meaning for `Difference` and on ties.
+        children: Vec<Arc<Object>>,
+        /// Cut faces show the texture of the object that was cut.
+        cutaway_textures: bool,
+    },
+}
+
+/// Constructive solid geometry (manual section 3.4.5.5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CsgOp {
+    /// All surfaces of all children.
+    Union,
+    /// All surfaces that are not inside another child.
+    Merge,
+    /// What is inside every child.
+    Intersection,
+    /// What is inside the first child and no other. The others' `inverse` flags are *not* set here: the reader
+    /// of the tree turns them inside out.
+    Difference,
+}
+
+/// An object's switches, all off by default. Set on a composite they hold for its children too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Flags {
+    /// Throws no shadow.
+    pub no_shadow: bool,
+    /// Not seen by camera rays.
+    pub no_image: bool,
+    /// Not seen by reflected rays.
+    pub no_reflection: bool,
+    /// Holds air, not stuff: fog and media go on inside it.
+    pub hollow: bool,
+    /// Inside and outside change places.
+    pub inverse: bool,
+    /// Lit from both sides.
+    pub double_illuminate: bool,
+}
+
+impl Object {
+    /// An object that is only its shape.
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            shape,
+            transform: Transform::IDENTITY,
+            texture: None,
+            interior_texture: None,
+            interior: None,
+            clipped_by: Vec::new(),
+            bounded_by: Vec::new(),
+            flags: Flags::default(),
+        }
+    }
+
+    /// The object moved by `next`, with everything that has been said of it so far.
+    pub fn transformed(mut self, next: &Transform) -> Self {
+        self.transform = self.transform.then(next);
+        for texture in [&mut self.texture, &mut self.interior_texture].into_iter().flatten() {
+            if !texture.is_uniform() {
+                *texture = Arc::new(texture.transformed(next));
+            }
+        }
+        for helper in self.clipped_by.iter_mut().chain(&mut self.bounded_by) {
+            *helper = Arc::new(Object::clone(helper).transformed(next));
+        }
+        self
+    }
+}

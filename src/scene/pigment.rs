@@ -1,0 +1,121 @@
+//! Colour over space: solid, in blocks, or along a map.
+
+use super::{Color, Transform};
+use glam::DVec3;
+
+/// A `pigment` (manual section 3.4.6.1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pigment {
+    /// Which colour where.
+    pub kind: PigmentKind,
+    /// From the pattern's space to the space of the texture it stands in.
+    pub transform: Transform,
+}
+
+/// Which colour where.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PigmentKind {
+    /// One colour everywhere.
+    Solid(Color),
+    /// A choice of whole colours by block.
+    Blocks {
+        /// Which block a point lies in.
+        pattern: BlockPattern,
+        /// One colour for each of [`BlockPattern::color_count`].
+        colors: Vec<Color>,
+    },
+    /// A number per point, looked up in a map.
+    Mapped {
+        /// Point to number.
+        pattern: Pattern,
+        /// How the number is shaped before look-up.
+        wave: Wave,
+        /// The number is multiplied by this (default 1),
+        frequency: f64,
+        /// and this is added (default 0).
+        phase: f64,
+        /// Number to colour.
+        map: ColorMap,
+    },
+}
+
+/// Patterns that choose among a list of colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BlockPattern {
+    /// Unit cubes, two colours.
+    Checker,
+    /// Mortar (first colour) between bricks (second).
+    Brick {
+        /// Of a brick with its mortar; default `<8, 3, 4.5>`.
+        size: DVec3,
+        /// Thickness; default 0.5.
+        mortar: f64,
+    },
+    /// Hexagonal columns along y, three colours.
+    Hexagon,
+}
+
+impl BlockPattern {
+    /// How many colours the pattern chooses from.
+    pub fn color_count(&self) -> usize {
+        match self {
+            Self::Checker | Self::Brick { .. } => 2,
+            Self::Hexagon => 3,
+        }
+    }
+}
+
+/// Patterns that give a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pattern {
+    /// Distance along a unit direction, wrapped to 0..1.
+    Gradient(DVec3),
+}
+
+/// The shape of the repeating number (manual section 3.4.7.10).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Wave {
+    /// Up, then a jump.
+    #[default]
+    Ramp,
+    /// Up and down in straight lines.
+    Triangle,
+    /// Up and down in a sine.
+    Sine,
+    /// Half sines.
+    Scallop,
+    /// Smooth up, then a jump.
+    Cubic,
+    /// A power, then a jump.
+    Poly(f64),
+}
+
+/// Colours at rising places in 0..1; linear between neighbours.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ColorMap {
+    /// `(place, colour)`, places never falling. Two entries at one place make a jump.
+    pub entries: Vec<(f64, Color)>,
+}
+
+impl Pigment {
+    /// One colour everywhere.
+    pub fn solid(color: Color) -> Self {
+        Self { kind: PigmentKind::Solid(color), transform: Transform::IDENTITY }
+    }
+
+    /// True if no point of it can let light through: POV-Ray's test, on the colours it is made of.
+    pub fn is_opaque(&self) -> bool {
+        match &self.kind {
+            PigmentKind::Solid(color) => color.is_opaque(),
+            PigmentKind::Blocks { colors, .. } => colors.iter().all(Color::is_opaque),
+            PigmentKind::Mapped { map, .. } => map.entries.iter().all(|(_, c)| c.is_opaque()),
+        }
+    }
+}
+
+impl Default for Pigment {
+    /// POV-Ray's: black.
+    fn default() -> Self {
+        Self::solid(Color::default())
+    }
+}

@@ -1,0 +1,70 @@
+//! Layers of pigment and finish on a surface, and what is inside it.
+
+use super::{Finish, Pigment, Rgb, Transform};
+
+/// A `texture`: one layer, or several over each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// In order of declaration: the last one is on top. Never empty.
+    pub layers: Vec<Layer>,
+    /// From the texture's space to the parent space of the object that carries it (see [`super::Object`]).
+    pub transform: Transform,
+}
+
+/// One layer.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layer {
+    /// Its colour.
+    pub pigment: Pigment,
+    /// Its answer to light.
+    pub finish: Finish,
+}
+
+impl Default for Texture {
+    fn default() -> Self {
+        Self { layers: vec![Layer::default()], transform: Transform::IDENTITY }
+    }
+}
+
+impl Texture {
+    /// True if it blocks all light, by POV-Ray's static test: one layer without any transparent colour.
+    pub fn is_opaque(&self) -> bool {
+        self.layers.iter().any(|layer| layer.pigment.is_opaque())
+    }
+}
+
+/// An `interior`: what light meets between entering and leaving.
+///
+/// Which interior a ray is in is decided by identity (`Arc::ptr_eq`), not by value: two objects of equal glass
+/// that touch are two interiors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interior {
+    /// Index of refraction; 1 bends nothing.
+    pub ior: f64,
+    /// Distance over which light fades; 0 is no fading.
+    pub fade_distance: f64,
+    /// How it fades; 1000 and over is exponential.
+    pub fade_power: f64,
+    /// What colour it fades to.
+    pub fade_color: Rgb,
+    /// Strength of the simulated caustics in shadows.
+    pub caustics: f64,
+}
+
+impl Default for Interior {
+    fn default() -> Self {
+        Self { ior: 1.0, fade_distance: 0.0, fade_power: 0.0, fade_color: Rgb::ZERO, caustics: 0.0 }
+    }
+}
+
+impl Texture {
+    /// The texture moved by `next`.
+    pub fn transformed(&self, next: &Transform) -> Self {
+        Self { layers: self.layers.clone(), transform: self.transform.then(next) }
+    }
+
+    /// True if it looks the same at every point, so that transforms leave it alone.
+    pub fn is_uniform(&self) -> bool {
+        self.layers.iter().all(|layer| matches!(layer.pigment.kind, super::PigmentKind::Solid(_)))
+    }
+}
