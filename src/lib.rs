@@ -6,4 +6,6 @@
 #![forbid(unsafe_code)]
 
 pub mod film;
+pub mod kernel;
+pub mod lane;
 pub mod scene;

@@ -1,0 +1,113 @@
+//! Where rays meet shapes: one file per shape, each with its columns and its kernel, eight rays at a time.
+//!
+//! A kernel is written once over [`Lane`] and knows nothing of trees, materials or light. It answers three questions
+//! about a primitive: where eight rays cross it ([`Block::roots`]), what the surface is like there ([`Block::resolve`]),
+//! and what box it fits in ([`Block::bounds`]).
+//!
+//! There is no global epsilon. A ray that starts on a surface says which one it left ([`Left`]), and the kernel leaves
+//! that crossing out by algebra, not by a distance.
+
+mod aabb;
+mod sphere;
+
+pub use aabb::Aabb;
+pub use sphere::Spheres;
+
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+
+/// Eight rays with unit directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays<L> {
+    /// Where they start, in the compiled scene's space.
+    pub origin: Vec3<L>,
+    /// Unit directions. In a primitive's own space a direction may have another length; `t` is the same in both.
+    pub dir: Vec3<L>,
+}
+
+/// The rays among eight that start on the primitive at hand.
+///
+/// The crossing at the start is known to be `t = 0`; what a kernel returns for it is exactly that, so that it is
+/// never a hit (hits have `t > 0`) and still counts for what is inside.
+#[derive(Debug, Clone, Copy)]
+pub struct Left<L> {
+    /// Lanes that start on this primitive.
+    pub on: Mask<L>,
+    /// Which of its smooth parts they start on (see [`Surfaces::part`]), in every lane.
+    pub part: [u8; LANES],
+}
+
+impl<L: Lane> Left<L> {
+    /// The lanes that start on part `part` of the primitive.
+    #[inline(always)]
+    pub fn on_part(&self, part: u8) -> Mask<L> {
+        let mut bits = 0;
+        for k in 0..LANES {
+            bits |= u8::from(self.part[k] == part) << k;
+        }
+        self.on & Mask::from_bits(bits)
+    }
+}
+
+/// The surface at eight hits.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Surfaces<L> {
+    /// Hit points, projected on the primitive.
+    pub point: Vec3<L>,
+    /// Unit normals, outward where the shape has an outside; shading normals on smooth triangles.
+    pub normal: Vec3<L>,
+    /// First and second barycentric coordinate on triangles (the weights of the second and third corner); else zero.
+    pub u: L,
+    /// See `u`.
+    pub v: L,
+    /// Which smooth part of the primitive was hit: 0 for shapes of one piece, else as the shape's file says.
+    pub part: [u8; LANES],
+}
+
+/// The columns of one kind of primitive, `len` rows, and its kernel.
+pub trait Block<S: Scalar>: Default + Send + Sync {
+    /// How many crossings a ray can have with one primitive.
+    const ROOTS: usize;
+    /// Crossings by lane: `[L; ROOTS]`.
+    type Roots: AsRef<[S::Lane]>;
+
+    /// Rows.
+    fn len(&self) -> usize;
+
+    /// True without rows.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All crossings of eight rays with primitive `i`, also those behind the start, in rising order; NaN where there
+    /// is none (a lane's crossings come first, its NaNs last).
+    ///
+    /// Crossings of a solid come in pairs, into it and out of it. With `left`, the crossing at the start is
+    /// returned as exactly 0.
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
+
+    /// The surface of primitive `index[k]` at `t[k]` along ray `k`. Lanes outside `active` hold anything.
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane>;
+
+    /// A box that holds primitive `i`, rounding of the columns included.
+    fn bounds(&self, i: usize) -> Aabb;
+
+    /// Row `k` becomes the former row `order[k]`.
+    fn permute(&mut self, order: &[u32]);
+}
+
+/// Helper for [`Block::permute`]: one column in a new order.
+pub(crate) fn permuted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
+    order.iter().map(|&i| column[i as usize]).collect()
+}
+
+/// Reads one column for eight primitives.
+#[inline(always)]
+pub(crate) fn gather<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
+    S::Lane::from_fn(|k| column[index[k] as usize])
+}

@@ -1,0 +1,343 @@
+//! Eight numbers at a time, in single or double precision, behind one trait.
+//!
+//! Kernels are written once over [`Lane`]; the caller picks `f32x8` or `f64x8`. This room knows no geometry.
+//!
+//! `wide` picks its instructions when it is compiled, and some of its operations are traps for geometry, so only the
+//! sound ones are let through: no 12-bit reciprocals, no multiply-add whose rounding depends on the build.
+
+mod mask;
+mod vec3;
+
+pub use mask::Mask;
+pub use vec3::Vec3;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
+pub use wide::{f32x8, f64x8};
+
+/// Lanes in a packet.
+pub const LANES: usize = 8;
+
+/// The number in one lane: `f32` or `f64`.
+pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
+    /// The lanes that hold it.
+    type Lane: Lane<Scalar = Self>;
+    /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
+    const UNIT_ROUNDOFF: f64;
+    /// Rounds to nearest.
+    fn from_f64(x: f64) -> Self;
+    /// Exact.
+    fn to_f64(self) -> f64;
+}
+
+impl Scalar for f32 {
+    type Lane = f32x8;
+    const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
+    fn from_f64(x: f64) -> Self {
+        x as f32
+    }
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Scalar for f64 {
+    type Lane = f64x8;
+    const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+/// Eight numbers.
+pub trait Lane:
+    Copy
+    + Debug
+    + Default
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+{
+    /// One lane's number.
+    type Scalar: Scalar<Lane = Self>;
+
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+    /// Lane by lane.
+    fn from_array(lanes: [Self::Scalar; LANES]) -> Self;
+    /// Lane by lane.
+    fn to_array(self) -> [Self::Scalar; LANES];
+    /// Rounds each lane to this precision.
+    fn from_f64s(lanes: f64x8) -> Self;
+    /// Exact.
+    fn to_f64s(self) -> f64x8;
+
+    /// A constant in every lane.
+    #[inline(always)]
+    fn lit(x: f64) -> Self {
+        Self::splat(Self::Scalar::from_f64(x))
+    }
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::default()
+    }
+    /// Lane `k` is `f(k)`: gathers from columns.
+    #[inline(always)]
+    fn from_fn(f: impl FnMut(usize) -> Self::Scalar) -> Self {
+        Self::from_array(std::array::from_fn(f))
+    }
+
+    /// Square root, correctly rounded; NaN below zero.
+    fn sqrt(self) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// Largest whole number not above.
+    fn floor(self) -> Self;
+    /// Whole part, towards zero.
+    fn trunc(self) -> Self;
+    /// The smaller; `other` where either is NaN. One instruction.
+    fn min(self, other: Self) -> Self;
+    /// The larger; `other` where either is NaN. One instruction.
+    fn max(self, other: Self) -> Self;
+    /// `self < other`, false on NaN.
+    fn lt(self, other: Self) -> Mask<Self>;
+    /// `self <= other`, false on NaN.
+    fn le(self, other: Self) -> Mask<Self>;
+    /// `self > other`, false on NaN.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Mask<Self> {
+        other.lt(self)
+    }
+    /// `self >= other`, false on NaN.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Mask<Self> {
+        other.le(self)
+    }
+    /// Numbers equal (`0 == -0`), false on NaN.
+    fn equal(self, other: Self) -> Mask<Self>;
+    /// Sine and cosine of radians.
+    fn sin_cos(self) -> (Self, Self);
+    /// Arc cosine; NaN outside -1..1.
+    fn acos(self) -> Self;
+    /// Angle of the point `(x, self)`, -π to π.
+    fn atan2(self, x: Self) -> Self;
+    /// Exponential.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Cube root, odd.
+    fn cbrt(self) -> Self;
+    /// `self^y` for `self >= 0`: `0^0 = 1`, `0^y = 0` for `y > 0`.
+    fn pow(self, y: Self) -> Self;
+
+    /// The sign bit of `sign` on the magnitude of `self`.
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let bit = Self::lit(-0.0);
+        self.abs() | (sign & bit)
+    }
+
+    #[doc(hidden)]
+    fn select(mask: Self, yes: Self, no: Self) -> Self;
+    #[doc(hidden)]
+    fn bitmask(mask: Self) -> u8;
+    #[doc(hidden)]
+    fn mask_from_bits(bits: u8) -> Self;
+}
+
+/// Per-lane bit patterns of every 8-bit mask, so that bits become a vector mask with one load.
+macro_rules! mask_table {
+    ($name:ident, $uint:ty, $n:expr) => {
+        static $name: [[$uint; LANES]; 256] = {
+            let mut table = [[0; LANES]; 256];
+            let mut bits = 0;
+            while bits < 256 {
+                let mut lane = 0;
+                while lane < LANES {
+                    if bits >> lane & 1 == 1 {
+                        table[bits][lane] = <$uint>::MAX;
+                    }
+                    lane += 1;
+                }
+                bits += 1;
+            }
+            table
+        };
+    };
+}
+mask_table!(MASKS_32, u32, 8);
+mask_table!(MASKS_64, u64, 8);
+
+macro_rules! impl_lane {
+    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr) => {
+        impl Lane for $lane {
+            type Scalar = $scalar;
+
+            #[inline(always)]
+            fn splat(x: $scalar) -> Self {
+                <$lane>::splat(x)
+            }
+            #[inline(always)]
+            fn from_array(lanes: [$scalar; LANES]) -> Self {
+                <$lane>::from(lanes)
+            }
+            #[inline(always)]
+            fn to_array(self) -> [$scalar; LANES] {
+                <$lane>::to_array(self)
+            }
+            #[inline(always)]
+            fn from_f64s(lanes: f64x8) -> Self {
+                ($from_f64s)(lanes)
+            }
+            #[inline(always)]
+            fn to_f64s(self) -> f64x8 {
+                ($to_f64s)(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$lane>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$lane>::abs(self)
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                <$lane>::floor(self)
+            }
+            #[inline(always)]
+            fn trunc(self) -> Self {
+                <$lane>::trunc(self)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> Mask<Self> {
+                Mask(self.simd_lt(other))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Mask<Self> {
+                Mask(self.simd_le(other))
+            }
+            #[inline(always)]
+            fn equal(self, other: Self) -> Mask<Self> {
+                Mask(self.simd_eq(other))
+            }
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                <$lane>::sin_cos(self)
+            }
+            #[inline(always)]
+            fn acos(self) -> Self {
+                <$lane>::acos(self)
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                <$lane>::atan2(self, x)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                <$lane>::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                <$lane>::ln(self)
+            }
+            #[inline(always)]
+            fn cbrt(self) -> Self {
+                <$lane>::cbrt(self)
+            }
+            #[inline]
+            fn pow(self, y: Self) -> Self {
+                // `wide` computes exp2(y log2 x); where x is 0 the logarithm is not to be trusted.
+                let zero = self.simd_le(Self::zero());
+                let at_zero = Self::select(y.simd_eq(Self::zero()), Self::lit(1.0), Self::zero());
+                Self::select(zero, at_zero, self.powf_simd(y))
+            }
+            #[inline(always)]
+            fn select(mask: Self, yes: Self, no: Self) -> Self {
+                mask.select(yes, no)
+            }
+            #[inline(always)]
+            fn bitmask(mask: Self) -> u8 {
+                mask.to_bitmask() as u8
+            }
+            #[inline(always)]
+            fn mask_from_bits(bits: u8) -> Self {
+                bytemuck::cast($masks[usize::from(bits)])
+            }
+        }
+    };
+}
+
+impl_lane!(f32x8, f32, MASKS_32, narrow, widen);
+impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x);
+
+#[inline(always)]
+fn narrow(lanes: f64x8) -> f32x8 {
+    f32x8::from(lanes.to_array().map(|x| x as f32))
+}
+
+#[inline(always)]
+fn widen(lanes: f32x8) -> f64x8 {
+    f64x8::from(lanes.to_array().map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<L: Lane>() {
+        let a = L::from_fn(|k| L::Scalar::from_f64(k as f64 - 3.0));
+        assert_eq!(a.lt(L::zero()).bits(), 0b0000_0111);
+        assert_eq!(a.le(L::zero()).bits(), 0b0000_1111);
+        assert_eq!(a.equal(L::lit(-0.0)).bits(), 0b0000_1000);
+        for bits in 0..=255 {
+            assert_eq!(Mask::<L>::from_bits(bits).bits(), bits);
+            assert_eq!((!Mask::<L>::from_bits(bits)).bits(), !bits);
+        }
+        let nan = L::lit(f64::NAN);
+        assert!(nan.lt(a).none() && nan.gt(a).none() && nan.equal(nan).none());
+        // The new value first, the bound second: NaN loses.
+        assert_eq!(nan.min(a).to_array(), a.to_array());
+        assert_eq!(nan.max(a).to_array(), a.to_array());
+        let powers = L::zero().pow(a);
+        assert_eq!(powers.to_array()[3].to_f64(), 1.0);
+        assert_eq!(powers.to_array()[4].to_f64(), 0.0);
+        let tolerance = 8.0 * L::Scalar::UNIT_ROUNDOFF; // a few roundings of `exp2(y log2 x)`
+        for (x, y) in [(0.9, 40.0), (0.999, 500.0), (0.5, 0.25), (2.0, 10.0)] {
+            let (x, y) = (L::lit(x), L::lit(y));
+            let expected = x.to_array()[0].to_f64().powf(y.to_array()[0].to_f64());
+            let found = x.pow(y).to_array()[0].to_f64();
+            // The error of the logarithm is multiplied by y.
+            let scale = 1.0 + (y.to_array()[0].to_f64() * x.to_array()[0].to_f64().ln()).abs();
+            assert!((found - expected).abs() <= tolerance * scale * expected, "{found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn lanes_agree_with_scalars() {
+        check::<f32x8>();
+        check::<f64x8>();
+    }
+}

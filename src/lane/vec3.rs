@@ -1,0 +1,155 @@
+//! Eight vectors at a time.
+
+use super::{Lane, Mask, Scalar};
+use glam::DVec3;
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+/// Eight vectors (or colours), one a lane.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Vec3<L> {
+    /// The x (or red) components.
+    pub x: L,
+    /// The y (or green) components.
+    pub y: L,
+    /// The z (or blue) components.
+    pub z: L,
+}
+
+impl<L: Lane> Vec3<L> {
+    /// From three columns.
+    #[inline(always)]
+    pub fn new(x: L, y: L, z: L) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same vector in every lane, rounded to the lane's precision.
+    #[inline(always)]
+    pub fn splat(v: DVec3) -> Self {
+        Self::new(L::lit(v.x), L::lit(v.y), L::lit(v.z))
+    }
+
+    /// The same number in every component of every lane.
+    #[inline(always)]
+    pub fn lit(x: f64) -> Self {
+        let x = L::lit(x);
+        Self::new(x, x, x)
+    }
+
+    /// Lane `k` is `f(k)`, rounded to the lane's precision.
+    #[inline(always)]
+    pub fn from_fn(mut f: impl FnMut(usize) -> DVec3) -> Self {
+        let v: [DVec3; super::LANES] = std::array::from_fn(&mut f);
+        Self::new(
+            L::from_fn(|k| L::Scalar::from_f64(v[k].x)),
+            L::from_fn(|k| L::Scalar::from_f64(v[k].y)),
+            L::from_fn(|k| L::Scalar::from_f64(v[k].z)),
+        )
+    }
+
+    /// One lane's vector.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> DVec3 {
+        DVec3::new(
+            self.x.to_array()[k].to_f64(),
+            self.y.to_array()[k].to_f64(),
+            self.z.to_array()[k].to_f64(),
+        )
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    /// Length.
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.dot(self).sqrt()
+    }
+
+    /// To length 1; NaN for zero.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (L::lit(1.0) / self.length())
+    }
+
+    /// Component by component.
+    #[inline(always)]
+    pub fn mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+
+    /// Each component through `f`.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(L) -> L) -> Self {
+        Self::new(f(self.x), f(self.y), f(self.z))
+    }
+
+    /// Largest component.
+    #[inline(always)]
+    pub fn max_element(self) -> L {
+        self.x.max(self.y).max(self.z)
+    }
+
+    /// Magnitudes.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        self.map(L::abs)
+    }
+
+    /// `yes` where `mask` is set, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: Mask<L>, yes: Self, no: Self) -> Self {
+        Self::new(mask.select(yes.x, no.x), mask.select(yes.y, no.y), mask.select(yes.z, no.z))
+    }
+}
+
+impl<L: Lane> Add for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self::new(self.x + o.x, self.y + o.y, self.z + o.z)
+    }
+}
+
+impl<L: Lane> AddAssign for Vec3<L> {
+    #[inline(always)]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl<L: Lane> Sub for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self::new(self.x - o.x, self.y - o.y, self.z - o.z)
+    }
+}
+
+impl<L: Lane> Mul<L> for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: L) -> Self {
+        Self::new(self.x * s, self.y * s, self.z * s)
+    }
+}
+
+impl<L: Lane> Neg for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}
