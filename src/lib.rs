@@ -5,7 +5,9 @@
 //! packet engine compiles it to columns and traces it eight rays at a time; both fill a [`film`].
 #![forbid(unsafe_code)]
 
+pub mod eval;
 pub mod film;
 pub mod kernel;
 pub mod lane;
+pub mod lang;
 pub mod scene;
