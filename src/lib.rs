@@ -2,12 +2,17 @@
 //!
 //! The rooms, in a newcomer's reading order: text becomes tokens in [`lang`], values in [`eval`] and a plain
 //! description in [`scene`]; [`reference`](mod@reference) traces that description in the textbook's way, one f64 ray at a time; the
-//! packet engine compiles it to columns and traces it eight rays at a time; both fill a [`film`].
+//! packet engine compiles it to columns and traces it eight rays at a time; both fill a [`film`]. [`render`](mod@render)
+//! ties them, [`image_io`] writes and reads pictures, [`compare`](mod@compare) says how far two of them are apart.
 #![forbid(unsafe_code)]
 
+pub mod compare;
 pub mod eval;
 pub mod film;
+pub mod image_io;
 pub mod kernel;
 pub mod lane;
 pub mod lang;
+pub mod render;
 pub mod scene;
+pub mod transfer;

@@ -1,0 +1,90 @@
+//! Files written whole or not at all: into a new file in the same folder, then renamed over the old one.
+//!
+//! A render that fails or is stopped leaves what stood there before.
+
+use super::ImageError;
+use std::fs::{self, Permissions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Writes `bytes` to `path`. A symbolic link's target is replaced, not the link; a new file gets the permissions that
+/// any program's would, a replaced one keeps its own. Devices and pipes are written to directly.
+///
+/// # Errors
+/// With the path and the system's reason; `path` is then as it was.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    write_whole(path, bytes).map_err(|error| cannot_write(path, &error))
+}
+
+/// Finds out, before hours of rendering, whether [`replace_file`] could work: makes and removes a new file in the folder.
+///
+/// # Errors
+/// As [`replace_file`].
+pub fn check_writable(path: &Path) -> Result<(), ImageError> {
+    let target = Target::of(path).map_err(|error| cannot_write(path, &error))?;
+    match target {
+        Target::Direct => Ok(()),
+        Target::Replace { path: file, .. } => temporary_beside(&file).map(drop),
+    }
+    .map_err(|error| cannot_write(path, &error))
+}
+
+/// What is at the path.
+enum Target {
+    /// A device or a pipe, which a rename would destroy.
+    Direct,
+    /// A regular file or nothing.
+    Replace { path: PathBuf, permissions: Option<Permissions> },
+}
+
+impl Target {
+    fn of(path: &Path) -> io::Result<Self> {
+        match fs::metadata(path) {
+            Ok(found) if found.is_dir() => Err(io::Error::other("it is a folder")),
+            Ok(found) if !found.is_file() => Ok(Self::Direct),
+            // `rename` needs only the folder's permission; a file marked read-only is meant to stay.
+            Ok(found) if found.permissions().readonly() => Err(io::Error::other("the file is read-only")),
+            Ok(found) => {
+                Ok(Self::Replace { path: fs::canonicalize(path)?, permissions: Some(found.permissions()) })
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                Ok(Self::Replace { path: path.into(), permissions: None })
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    match Target::of(path)? {
+        Target::Direct => fs::write(path, bytes),
+        Target::Replace { path, permissions } => {
+            let mut file = temporary_beside(&path)?;
+            file.write_all(bytes)?;
+            if let Some(permissions) = permissions {
+                file.as_file().set_permissions(permissions)?;
+            }
+            file.persist(&path).map(drop).map_err(|error| error.error)
+        }
+    }
+}
+
+/// A new, empty file in the same folder, removed when dropped.
+fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".octray-").suffix(".part");
+    // The crate's own default is 0600; the process's umask is applied to this.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // The crate adds its own temporary name to the message, which is not the user's business.
+    builder.tempfile_in(folder).map_err(|error| match error.raw_os_error() {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => io::Error::new(error.kind(), error.kind().to_string()),
+    })
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> ImageError {
+    ImageError::File { action: "write", path: path.into(), reason: error.to_string() }
+}

@@ -1,0 +1,218 @@
+//! A scene, a picture size and an engine in; a film in linear light and what it cost out.
+//!
+//! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
+//! neither text nor files.
+
+use crate::film::Film;
+use crate::scene::{Gamma, Object, Scene, Shape};
+use crate::transfer::Transfer;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// How exactly the packet engine computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single precision where it can be bounded: previews.
+    Fast,
+    /// Boxes in single, surfaces in double precision.
+    #[default]
+    Exact,
+    /// Double precision throughout, with compensated sums.
+    Strict,
+}
+
+/// Who traces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// Eight rays at a time.
+    #[default]
+    Packets,
+    /// The oracle: one f64 ray at a time, every ray against every object. Slow; ignores [`Precision`].
+    Reference,
+}
+
+/// What to render and with what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderOptions {
+    /// Pixels per row, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Threads; 0 takes one per processor. The picture does not depend on it.
+    pub threads: usize,
+    /// How exactly.
+    pub precision: Precision,
+    /// Who traces.
+    pub engine: Engine,
+}
+
+impl Default for RenderOptions {
+    /// POV-Ray's built-in picture size, 160 by 120 (measured with an empty `povray.ini`).
+    fn default() -> Self {
+        Self {
+            width: 160,
+            height: 120,
+            threads: 0,
+            precision: Precision::default(),
+            engine: Engine::default(),
+        }
+    }
+}
+
+/// Rays traced, by what they were for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct RayCounts {
+    /// From the eye.
+    pub camera: u64,
+    /// Towards lights.
+    pub shadow: u64,
+    /// Off mirrors.
+    pub reflect: u64,
+    /// Through surfaces, bent or straight.
+    pub refract: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflect + self.refract
+    }
+}
+
+/// What a render cost.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RenderStats {
+    /// Seconds from scene to columns and trees; 0 for the reference engine, which has none.
+    pub build_s: f64,
+    /// Seconds of tracing.
+    pub trace_s: f64,
+    /// Threads that traced.
+    pub threads: usize,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// How many shapes of each kind the scene has; see [`shape_counts`].
+    pub shapes: BTreeMap<&'static str, u64>,
+}
+
+/// How far a render has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Pixels finished.
+    pub pixels: u64,
+    /// Pixels in all.
+    pub of: u64,
+    /// Rays traced so far.
+    pub rays: u64,
+}
+
+/// Called from any thread now and then, from once per tile to once per row: must be cheap.
+pub type OnProgress<'a> = &'a (dyn Fn(Progress) + Sync);
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// A picture without pixels, or with more than memory can address.
+    #[error("a picture of {width} by {height} pixels cannot be rendered")]
+    Size {
+        /// As asked for.
+        width: usize,
+        /// As asked for.
+        height: usize,
+    },
+    /// The engine is not part of this build.
+    #[error("the {0} engine is not built yet")]
+    NotBuilt(&'static str),
+    /// Threads could not be started.
+    #[error("cannot start the threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Most pixels a picture may have: 16 bytes each, so 16 GiB of film.
+const MOST_PIXELS: usize = 1 << 30;
+
+/// Renders `scene`.
+///
+/// The film is in linear light, unless the scene turns gamma correction off ([`Gamma::Off`]); then it holds the
+/// scene's numbers as they are.
+///
+/// # Errors
+/// If the size is out of reason, threads cannot be started, or the engine cannot render the scene.
+pub fn render(
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: OnProgress<'_>,
+) -> Result<(Film, RenderStats), RenderError> {
+    let (width, height) = (options.width, options.height);
+    if !width.checked_mul(height).is_some_and(|pixels| (1..=MOST_PIXELS).contains(&pixels)) {
+        return Err(RenderError::Size { width, height });
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+    let (mut film, mut stats) = pool.install(|| trace(scene, options, progress))?;
+    stats.threads = pool.current_num_threads();
+    stats.shapes = shape_counts(scene);
+    to_linear(&mut film, scene.globals.assumed_gamma);
+    Ok((film, stats))
+}
+
+/// Hands over to the engine, on the threads of the pool it is called in.
+fn trace(
+    _scene: &Scene,
+    options: &RenderOptions,
+    _progress: OnProgress<'_>,
+) -> Result<(Film, RenderStats), RenderError> {
+    match options.engine {
+        Engine::Packets => Err(RenderError::NotBuilt("packet")),
+        Engine::Reference => Err(RenderError::NotBuilt("reference")),
+    }
+}
+
+/// Decodes what was summed in the scene's working space to linear light.
+fn to_linear(film: &mut Film, working_space: Gamma) {
+    let transfer = match working_space {
+        Gamma::Off | Gamma::Power(1.0) => return,
+        Gamma::Power(gamma) => Transfer::Power(gamma),
+        Gamma::Srgb => Transfer::Srgb,
+    };
+    for value in film.pixels.iter_mut().flat_map(|pixel| &mut pixel.rgb) {
+        *value = transfer.decode(f64::from(*value)) as f32;
+    }
+}
+
+/// Shapes by kind, composites opened; a composite itself counts under its operation, a mesh's triangles each.
+pub fn shape_counts(scene: &Scene) -> BTreeMap<&'static str, u64> {
+    let mut counts = BTreeMap::new();
+    let mut waiting: Vec<&Object> = scene.objects.iter().map(AsRef::as_ref).collect();
+    while let Some(object) = waiting.pop() {
+        let (kind, count) = kind_and_count(&object.shape);
+        *counts.entry(kind).or_insert(0) += count;
+        if let Shape::Csg { children, .. } = &object.shape {
+            waiting.extend(children.iter().map(AsRef::as_ref));
+        }
+        waiting.extend(object.clipped_by.iter().map(AsRef::as_ref));
+    }
+    counts
+}
+
+/// The shape's keyword in a scene file, and how many it stands for.
+fn kind_and_count(shape: &Shape) -> (&'static str, u64) {
+    use crate::scene::CsgOp;
+    match shape {
+        Shape::Sphere { .. } => ("sphere", 1),
+        Shape::Plane { .. } => ("plane", 1),
+        Shape::Box { .. } => ("box", 1),
+        Shape::Cone { base_radius, cap_radius, .. } if base_radius == cap_radius => ("cylinder", 1),
+        Shape::Cone { .. } => ("cone", 1),
+        Shape::Disc { .. } => ("disc", 1),
+        Shape::Torus { .. } => ("torus", 1),
+        Shape::Triangle { normals: None, .. } => ("triangle", 1),
+        Shape::Triangle { .. } => ("smooth_triangle", 1),
+        Shape::Polygon { .. } => ("polygon", 1),
+        Shape::Mesh(mesh) => ("mesh_triangle", mesh.triangles.len() as u64),
+        Shape::Csg { op: CsgOp::Union, .. } => ("union", 1),
+        Shape::Csg { op: CsgOp::Merge, .. } => ("merge", 1),
+        Shape::Csg { op: CsgOp::Intersection, .. } => ("intersection", 1),
+        Shape::Csg { op: CsgOp::Difference, .. } => ("difference", 1),
+    }
+}
