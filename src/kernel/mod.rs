@@ -2,16 +2,29 @@
 //!
 //! A kernel is written once over [`Lane`] and knows nothing of trees, materials or light. It answers three questions
 //! about a primitive: where eight rays cross it ([`Block::roots`]), what the surface is like there ([`Block::resolve`]),
-//! and what box it fits in ([`Block::bounds`]).
+//! and what box it fits in ([`Block::bounds`]). For constructive geometry it also says where a ray goes in and out
+//! ([`Block::boundary`], [`Block::starts_inside`]), which is not the same for shapes that lack a part of their skin.
 //!
 //! There is no global epsilon. A ray that starts on a surface says which one it left ([`Left`]), and the kernel leaves
 //! that crossing out by algebra, not by a distance.
 
 mod aabb;
+mod aabox;
+mod ellipsoid;
+mod frame;
+mod obox;
+mod plane;
+mod slab;
 mod sphere;
+mod triangle;
 
 pub use aabb::Aabb;
+pub use aabox::Boxes;
+pub use ellipsoid::Ellipsoids;
+pub use obox::OrientedBoxes;
+pub use plane::Planes;
 pub use sphere::Spheres;
+pub use triangle::{SmoothTriangles, Triangles};
 
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
@@ -81,9 +94,27 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// All crossings of eight rays with primitive `i`, also those behind the start, in rising order; NaN where there
     /// is none (a lane's crossings come first, its NaNs last).
     ///
-    /// Crossings of a solid come in pairs, into it and out of it. With `left`, the crossing at the start is
-    /// returned as exactly 0.
+    /// Crossings of a bounded solid come in pairs, into it and out of it (a ray that touches gets the same `t`
+    /// twice, or nothing); a half space has one. With `left`, the crossing at the start is returned as exactly 0.
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
+
+    /// Where eight rays change between outside and inside of primitive `i`, in the form of [`Block::roots`].
+    ///
+    /// The crossings themselves, except where a shape's surface is not all of its boundary: open cones and cylinders
+    /// are closed by their caps for this purpose, a disc is its whole plane, a spindle torus has no hollow core,
+    /// and triangles and polygons have no inside, so nothing. Wherever a crossing of [`Block::roots`] is part of
+    /// the boundary, both give the same bits.
+    #[inline(always)]
+    fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
+        self.roots(i, rays, left)
+    }
+
+    /// Whether the far end of each ray's line, where `t` is minus infinity, is inside primitive `i`: never for
+    /// bounded shapes. With the crossings of [`Block::boundary`] this tells inside from outside all along the line.
+    #[inline(always)]
+    fn starts_inside(&self, _i: usize, _rays: &Rays<S::Lane>) -> Mask<S::Lane> {
+        Mask::none_set()
+    }
 
     /// The surface of primitive `index[k]` at `t[k]` along ray `k`. Lanes outside `active` hold anything.
     fn resolve(

@@ -4,7 +4,7 @@ use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 
-/// `n` spheres: columns `cx, cy, cz` (centres) and `radius`, all in scene units.
+/// `n` spheres (`radius` at least 0): columns `cx, cy, cz` (centres) and `radius`, all in scene units.
 #[derive(Debug, Clone, Default)]
 pub struct Spheres<S> {
     cx: Vec<S>,
@@ -43,15 +43,21 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         let b = f.dot(rays.dir);
         // l is the perpendicular from the centre to the ray.
         let l = f - rays.dir * b;
-        let half_chord = (radius * radius - l.dot(l)).sqrt(); // NaN on a miss, and so are both roots
-        let q = b + half_chord.copysign(b);
-        let mut near = f.dot(f) - radius * radius;
-        near = near / q;
+        // NaN on a miss, and so are both roots. A sphere of radius 0 is touched at most, by luck of rounding.
+        let half_chord = (radius * radius - l.dot(l)).sqrt();
+        let mut q = b + half_chord.copysign(b);
+        let mut near = (f.dot(f) - radius * radius) / q;
         if let Some(left) = left {
-            // The start lies on the sphere, c = 0 but for rounding: of the two roots, c/q is the start itself.
+            // The start lies on the sphere: one root is 0, the other is twice the way to the middle of the chord. It
+            // is 0 too if the rounding of the start (4 units of its coordinates, 8 in the products and in the
+            // normal that the caller compared with) hides on which side of the tangent the ray leaves.
+            let reach = (rays.origin.abs() + center.abs()) * S::Lane::lit(4.0) + f.abs() * S::Lane::lit(8.0);
+            let noise = reach.dot(rays.dir.abs()) * S::Lane::lit(S::UNIT_ROUNDOFF);
+            let chord = b.abs().gt(noise).keep(b + b);
             near = left.on.select(S::Lane::zero(), near);
+            q = left.on.select(chord, q);
         }
-        // Twice the zero would be q = 0: a ray that starts on the sphere and is tangent to it.
+        // Where q = 0 (a ray that starts on the sphere, tangent to it) `near` may be 0/0; then both are q.
         [near.min(q), near.max(q)]
     }
 
@@ -69,10 +75,11 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         Surfaces { point: center + normal * radius, normal, ..Default::default() }
     }
 
+    /// From the rounded columns, grown by the roundings of the sums here.
     fn bounds(&self, i: usize) -> Aabb {
         let center = DVec3::new(self.cx[i].to_f64(), self.cy[i].to_f64(), self.cz[i].to_f64());
         let radius = DVec3::splat(self.radius[i].to_f64());
-        Aabb { min: center - radius, max: center + radius }
+        Aabb { min: center - radius, max: center + radius }.inflated(2.0 * f64::UNIT_ROUNDOFF)
     }
 
     fn permute(&mut self, order: &[u32]) {

@@ -1,0 +1,175 @@
+//! Where shapes with a space of their own lie in the world: what ellipsoids, boxes, cones, discs and tori share.
+//!
+//! A [`Transform`] comes in, local rays go out. A frame keeps the world position `c` of its own origin apart from
+//! the linear part: `own = M (p - c)`. A far origin then cancels in one subtraction, rounded once, and not in a sum
+//! of large products. Directions keep the length that the map gives them, so `t` is the same in both spaces.
+
+use super::{Aabb, Rays, gather, permuted};
+use crate::lane::{LANES, Lane, Scalar, Vec3};
+use crate::scene::Transform;
+use glam::{DMat3, DVec3};
+
+/// `n` frames in columns: `center` (3, world), `to_own` (9, rows of `M`, 1 / scene unit), `to_world` (9, rows of
+/// `M`'s inverse, scene units).
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Frames<S> {
+    center: [Vec<S>; 3],
+    to_own: [Vec<S>; 9],
+    to_world: [Vec<S>; 9],
+}
+
+/// The way from the world into a primitive's own space, per lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame<L> {
+    /// World position of the own space's origin.
+    pub center: Vec3<L>,
+    /// Rows of `M`.
+    pub rows: [Vec3<L>; 3],
+}
+
+/// A 3x3 map given by rows, applied to a vector.
+#[inline(always)]
+fn apply<L: Lane>(rows: &[Vec3<L>; 3], v: Vec3<L>) -> Vec3<L> {
+    Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
+}
+
+impl<L: Lane> Frame<L> {
+    /// Rays in the primitive's own space; their directions are not of unit length, `t` is the world's.
+    #[inline(always)]
+    pub fn rays(&self, rays: &Rays<L>) -> Rays<L> {
+        Rays { origin: apply(&self.rows, rays.origin - self.center), dir: apply(&self.rows, rays.dir) }
+    }
+
+    /// A normal of the primitive's own space in the world, to length 1.
+    #[inline(always)]
+    pub fn normal(&self, n: Vec3<L>) -> Vec3<L> {
+        (self.rows[0] * n.x + self.rows[1] * n.y + self.rows[2] * n.z).normalize()
+    }
+
+    /// How far the own origin of `rays` may be from where it is meant to be, per axis, given that a start on the
+    /// primitive was rounded to a world position: 4 roundings of that position, of the centre, and of the map.
+    ///
+    /// A ray that leaves a surface within this angle of its tangent cannot know which side it is on.
+    #[inline(always)]
+    pub fn start_error(&self, rays: &Rays<L>) -> Vec3<L> {
+        let reach = (rays.origin.abs() + self.center.abs()) * L::lit(4.0 * L::Scalar::UNIT_ROUNDOFF);
+        apply(&self.rows.map(Vec3::abs), reach)
+    }
+
+    /// How far `rays.dir` may be wrong in own space, per axis: 8 roundings in the map and in the normal that the
+    /// caller compared the direction with.
+    #[inline(always)]
+    pub fn direction_error(&self, rays: &Rays<L>) -> Vec3<L> {
+        apply(&self.rows.map(Vec3::abs), rays.dir.abs() * L::lit(8.0 * L::Scalar::UNIT_ROUNDOFF))
+    }
+}
+
+impl<S: Scalar> Frames<S> {
+    /// Adds a row; `world_from_own.forward` leads from the primitive's own space to the world.
+    pub fn push(&mut self, world_from_own: &Transform) {
+        let forward = world_from_own.forward;
+        for (column, x) in self.center.iter_mut().zip(forward.translation.to_array()) {
+            column.push(S::from_f64(x));
+        }
+        for (columns, matrix) in
+            [(&mut self.to_own, world_from_own.inverse.matrix3), (&mut self.to_world, forward.matrix3)]
+        {
+            for (k, column) in columns.iter_mut().enumerate() {
+                column.push(S::from_f64(matrix.row(k / 3)[k % 3]));
+            }
+        }
+    }
+
+    /// Rows.
+    pub fn len(&self) -> usize {
+        self.center[0].len()
+    }
+
+    /// Frame `i` in every lane.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> Frame<S::Lane> {
+        let m = |k: usize| S::Lane::splat(self.to_own[k][i]);
+        let c = |k: usize| S::Lane::splat(self.center[k][i]);
+        Frame {
+            center: Vec3::new(c(0), c(1), c(2)),
+            rows: [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2))),
+        }
+    }
+
+    /// Frame `index[k]` in lane `k`.
+    #[inline(always)]
+    pub fn gathered(&self, index: &[u32; LANES]) -> Frame<S::Lane> {
+        let m = |k: usize| gather(&self.to_own[k], index);
+        let c = |k: usize| gather(&self.center[k], index);
+        Frame {
+            center: Vec3::new(c(0), c(1), c(2)),
+            rows: [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2))),
+        }
+    }
+
+    /// World positions of points given in the own space of primitive `index[k]`.
+    #[inline(always)]
+    pub fn to_world(&self, index: &[u32; LANES], own: Vec3<S::Lane>) -> Vec3<S::Lane> {
+        let m = |k: usize| gather(&self.to_world[k], index);
+        let c = |k: usize| gather(&self.center[k], index);
+        let rows = [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2)));
+        Vec3::new(c(0), c(1), c(2)) + apply(&rows, own)
+    }
+
+    /// A world box around the own-space box from `middle - half` to `middle + half`, as the columns have it.
+    pub fn bounds(&self, i: usize, middle: DVec3, half: DVec3) -> Aabb {
+        let (center, forward) = (self.center_of(i), self.forward_of(i));
+        let half = forward_abs(&forward) * half + self.defect(i, &forward, middle.abs() + half);
+        let middle = center + forward * middle;
+        around(middle, half)
+    }
+
+    /// A world box around the own-space unit ball, as the columns have it.
+    pub fn ball_bounds(&self, i: usize) -> Aabb {
+        let (center, forward) = (self.center_of(i), self.forward_of(i));
+        let half = DVec3::new(forward.row(0).length(), forward.row(1).length(), forward.row(2).length());
+        around(center, half + self.defect(i, &forward, DVec3::ONE))
+    }
+
+    /// How far the shape can lie from where the forward map puts it, for own points within `reach` per axis.
+    ///
+    /// Rays see the shape through the rounded `M`, the box comes from the rounded inverse `F`. With `R = M F - 1`,
+    /// computed here, `M`'s true inverse is `F (1 + R)^-1`, so a point `k` lies within `|F| |R| k` (and terms of
+    /// second order) of `F k`; 8 f64 roundings of `|F| |M| |F| k` cover the computation of `R` and of the box.
+    fn defect(&self, i: usize, forward: &DMat3, reach: DVec3) -> DVec3 {
+        let own = self.matrix(&self.to_own, i);
+        let residual = own * *forward - DMat3::IDENTITY;
+        let f = forward_abs(forward);
+        let rounding = f * (forward_abs(&own) * (f * reach)) * (8.0 * f64::UNIT_ROUNDOFF);
+        // Twice, for the second order: |R| is far below 1/2 for any map worth the name.
+        f * (forward_abs(&residual) * reach) * 2.0 + rounding
+    }
+
+    fn center_of(&self, i: usize) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|k| self.center[k][i].to_f64()))
+    }
+
+    fn forward_of(&self, i: usize) -> DMat3 {
+        self.matrix(&self.to_world, i)
+    }
+
+    fn matrix(&self, rows: &[Vec<S>; 9], i: usize) -> DMat3 {
+        DMat3::from_cols_array(&std::array::from_fn(|k| rows[k][i].to_f64())).transpose()
+    }
+
+    /// Row `k` becomes the former row `order[k]`.
+    pub fn permute(&mut self, order: &[u32]) {
+        for column in self.center.iter_mut().chain(&mut self.to_own).chain(&mut self.to_world) {
+            *column = permuted(column, order);
+        }
+    }
+}
+
+fn forward_abs(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+}
+
+/// The box around `middle`, with two more f64 roundings for the last sums.
+fn around(middle: DVec3, half: DVec3) -> Aabb {
+    Aabb { min: middle - half, max: middle + half }.inflated(2.0 * f64::UNIT_ROUNDOFF)
+}

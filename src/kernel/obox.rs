@@ -1,0 +1,86 @@
+//! Boxes in a space of their own: turned, sheared or stretched in any way.
+
+use super::frame::Frames;
+use super::slab::Slabs;
+use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::scene::Transform;
+use glam::{DAffine3, DVec3};
+
+/// `n` boxes, each by a frame with its origin in the box's middle, and `half` (3), half its edges in own space.
+/// Parts 0 to 5 are the faces -x, +x, -y, +y, -z, +z of own space.
+#[derive(Debug, Clone, Default)]
+pub struct OrientedBoxes<S> {
+    frames: Frames<S>,
+    half: [Vec<S>; 3],
+}
+
+impl<S: Scalar> OrientedBoxes<S> {
+    /// Adds the image of the box between `min` and `max` (`min <= max`; equal coordinates make a flat box).
+    pub fn push(&mut self, world_from_object: &Transform, min: DVec3, max: DVec3) {
+        let middle = min * 0.5 + max * 0.5;
+        let mut frame = *world_from_object;
+        frame.forward = DAffine3 { translation: frame.point(middle), ..frame.forward };
+        self.frames.push(&frame);
+        for (k, column) in self.half.iter_mut().enumerate() {
+            column.push(S::from_f64(max[k] * 0.5 - min[k] * 0.5));
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize) -> Slabs<S::Lane> {
+        let h = |k: usize| S::Lane::splat(self.half[k][i]);
+        let half = Vec3::new(h(0), h(1), h(2));
+        Slabs { min: -half, max: half }
+    }
+}
+
+impl<S: Scalar> Block<S> for OrientedBoxes<S> {
+    const ROOTS: usize = 2;
+    type Roots = [S::Lane; 2];
+
+    fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    #[inline(always)]
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 2] {
+        let frame = self.frames.at(i);
+        let own = frame.rays(rays);
+        match left {
+            None => self.at(i).crossings(&own),
+            Some(left) => self.at(i).crossings_left(&own, left, frame.direction_error(rays)),
+        }
+    }
+
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        _active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane> {
+        let frame = self.frames.gathered(index);
+        let h = |k: usize| gather(&self.half[k], index);
+        let half = Vec3::new(h(0), h(1), h(2));
+        let (point, normal, part) = Slabs { min: -half, max: half }.face(&frame.rays(rays), t);
+        Surfaces {
+            point: self.frames.to_world(index, point),
+            normal: frame.normal(normal),
+            part,
+            ..Default::default()
+        }
+    }
+
+    fn bounds(&self, i: usize) -> Aabb {
+        let half = DVec3::from_array(std::array::from_fn(|k| self.half[k][i].to_f64()));
+        self.frames.bounds(i, DVec3::ZERO, half)
+    }
+
+    fn permute(&mut self, order: &[u32]) {
+        self.frames.permute(order);
+        for column in &mut self.half {
+            *column = permuted(column, order);
+        }
+    }
+}

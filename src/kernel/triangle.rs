@@ -1,0 +1,263 @@
+//! Triangles, flat and smooth, without cracks between neighbours.
+
+use super::plane::finite;
+use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use glam::DVec3;
+
+/// `n` flat triangles: columns `corner` (3 corners x 3) and `normal` (3, unit, along the cross product of the edges
+/// from the first corner).
+///
+/// A triangle has a surface but no inside.
+#[derive(Debug, Clone, Default)]
+pub struct Triangles<S> {
+    corner: [Vec<S>; 9],
+    normal: [Vec<S>; 3],
+}
+
+/// `n` triangles with a shading normal per corner (column `shading`, 3 corners x 3, unit).
+#[derive(Debug, Clone, Default)]
+pub struct SmoothTriangles<S> {
+    flat: Triangles<S>,
+    shading: [Vec<S>; 9],
+}
+
+/// Two unit-like vectors across a ray, so that points have two coordinates as the ray sees them.
+///
+/// Every triangle that shares a corner gives it the same two numbers, to the bit: that is what closes the cracks.
+/// How square to the ray the vectors are only moves all triangles together, by roundings.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View<L> {
+    x: Vec3<L>,
+    y: Vec3<L>,
+}
+
+impl<L: Lane> View<L> {
+    #[inline(always)]
+    pub fn along(dir: Vec3<L>) -> Self {
+        // The cross product with z, or with x if that is nearly parallel: at least 1/2 in square, no division.
+        let turn = dir.x.abs().ge(dir.z.abs());
+        let x = Vec3::new(turn.keep(-dir.y), turn.select(dir.x, -dir.z), turn.select(L::zero(), dir.y));
+        Self { x, y: dir.cross(x) }
+    }
+
+    #[inline(always)]
+    pub fn look(&self, from_origin: Vec3<L>) -> (L, L) {
+        (self.x.dot(from_origin), self.y.dot(from_origin))
+    }
+}
+
+/// Whether the half line from the ray along `x` crosses the edge between two corners seen at heights `y1` and `y2`;
+/// `above` says `y > 0` of each, and `cross` is `x1 y2 - x2 y1`.
+///
+/// The point where the ray pierces the plane lies within an outline if it crosses an odd number of edges. An edge
+/// gives the same answer in both directions (`cross` changes its sign exactly), so neighbours never both lose a ray
+/// nor both win it, also at corners and whatever the rounding of `cross`: the sum over a closed mesh is even, and
+/// over a fan around a corner it is odd.
+#[inline(always)]
+pub(super) fn crosses<L: Lane>(above1: Mask<L>, above2: Mask<L>, cross: L) -> Mask<L> {
+    (above1 ^ above2) & above2.select(cross, -cross).gt(L::zero())
+}
+
+/// Three corners per lane.
+#[derive(Debug, Clone, Copy)]
+struct Corners<L>([Vec3<L>; 3]);
+
+impl<L: Lane> Corners<L> {
+    /// Whether rays pass through, and the weights of the corners, not normalised.
+    #[inline(always)]
+    fn pierced(&self, rays: &Rays<L>) -> (Mask<L>, [L; 3]) {
+        let view = View::along(rays.dir);
+        let [(x0, y0), (x1, y1), (x2, y2)] = self.0.map(|corner| view.look(corner - rays.origin));
+        let [above0, above1, above2] = [y0, y1, y2].map(|y| y.gt(L::zero()));
+        let weights = [x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0];
+        let inside = crosses(above1, above2, weights[0])
+            ^ crosses(above2, above0, weights[1])
+            ^ crosses(above0, above1, weights[2]);
+        (inside, weights)
+    }
+
+    /// Weights of the second and third corner where a ray meets the triangle's plane: within 0 to 1, and so their
+    /// sum.
+    #[inline(always)]
+    fn barycentric(&self, rays: &Rays<L>) -> (L, L) {
+        let (_, w) = self.pierced(rays);
+        let (zero, one) = (L::zero(), L::lit(1.0));
+        let inv = one / (w[0] + w[1] + w[2]);
+        // NaN (a triangle of no area) becomes 0.
+        let u = (w[1] * inv).max(zero).min(one);
+        (u, (w[2] * inv).max(zero).min(one - u))
+    }
+}
+
+impl<S: Scalar> Triangles<S> {
+    /// Adds a row, rounded to the columns' precision. Corners that triangles share must be given the same bits.
+    ///
+    /// A triangle of no area is never hit.
+    pub fn push(&mut self, corners: [DVec3; 3]) {
+        for (column, x) in self.corner.iter_mut().zip(corners.iter().flat_map(|c| c.to_array())) {
+            column.push(S::from_f64(x));
+        }
+        let n = unit_normal(self.corners_of(self.len()));
+        for (column, x) in self.normal.iter_mut().zip(n.to_array()) {
+            column.push(S::from_f64(x));
+        }
+    }
+
+    fn corners_of(&self, i: usize) -> [DVec3; 3] {
+        let at = |k: usize| self.corner[k][i].to_f64();
+        [0, 3, 6].map(|k| DVec3::new(at(k), at(k + 1), at(k + 2)))
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize) -> Corners<S::Lane> {
+        let c = |k: usize| S::Lane::splat(self.corner[k][i]);
+        Corners([0, 3, 6].map(|k| Vec3::new(c(k), c(k + 1), c(k + 2))))
+    }
+
+    #[inline(always)]
+    fn gathered(&self, index: &[u32; LANES]) -> Corners<S::Lane> {
+        let c = |k: usize| gather(&self.corner[k], index);
+        Corners([0, 3, 6].map(|k| Vec3::new(c(k), c(k + 1), c(k + 2))))
+    }
+}
+
+/// The unit normal of a triangle, zero if it has no area.
+///
+/// Taken at the corner between the two shorter edges, where a needle's edges are least alike, and with products that
+/// do not cancel, so it is right to a few roundings of the edges however thin the triangle.
+fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
+    let lengths: [f64; 3] =
+        std::array::from_fn(|k| corners[(k + 1) % 3].distance_squared(corners[(k + 2) % 3]));
+    // Edge k is opposite to corner k: the corner opposite to the longest edge lies between the shorter two.
+    let k = (0..3).max_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).unwrap_or(0);
+    let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
+    DVec3::new(
+        difference_of_products(a.y, b.z, a.z, b.y),
+        difference_of_products(a.z, b.x, a.x, b.z),
+        difference_of_products(a.x, b.y, a.y, b.x),
+    )
+    .normalize_or_zero()
+}
+
+/// `a b - c d` within 2 roundings of the result (Kahan; Jeannerod, Louvet, Muller, Math. Comp. 82, 2013). Rust's
+/// scalar `mul_add` always rounds once, on any machine; it may be slow, and this is not for rays.
+fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+    let cd = c * d;
+    let error = (-c).mul_add(d, cd);
+    a.mul_add(b, -cd) + error
+}
+
+impl<S: Scalar> Block<S> for Triangles<S> {
+    const ROOTS: usize = 1;
+    type Roots = [S::Lane; 1];
+
+    fn len(&self) -> usize {
+        self.normal[0].len()
+    }
+
+    /// Watertight in the manner of Woop, Benthin, Wald (JCGT 2(1), 2013), with the even-odd rule for ties; `t` from
+    /// the plane, which keeps it good on large triangles.
+    #[inline(always)]
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        let corners = self.at(i);
+        let (inside, _) = corners.pierced(rays);
+        let n = |k: usize| S::Lane::splat(self.normal[k][i]);
+        let normal = Vec3::new(n(0), n(1), n(2));
+        let mut t = normal.dot(corners.0[0] - rays.origin) / normal.dot(rays.dir);
+        t = inside.select(t, S::Lane::lit(f64::NAN));
+        if let Some(left) = left {
+            t = left.on.select(S::Lane::zero(), t);
+        }
+        [finite(t)]
+    }
+
+    #[inline(always)]
+    fn boundary(&self, _i: usize, _rays: &Rays<S::Lane>, _left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        [S::Lane::lit(f64::NAN)]
+    }
+
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        _active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane> {
+        let corners = self.gathered(index);
+        let n = |k: usize| gather(&self.normal[k], index);
+        let normal = Vec3::new(n(0), n(1), n(2));
+        let (u, v) = corners.barycentric(rays);
+        let p = rays.origin + rays.dir * t;
+        let point = p - normal * normal.dot(p - corners.0[0]);
+        Surfaces { point, normal, u, v, ..Default::default() }
+    }
+
+    /// Exact: the corners themselves.
+    fn bounds(&self, i: usize) -> Aabb {
+        Aabb::of(self.corners_of(i))
+    }
+
+    fn permute(&mut self, order: &[u32]) {
+        for column in self.corner.iter_mut().chain(&mut self.normal) {
+            *column = permuted(column, order);
+        }
+    }
+}
+
+impl<S: Scalar> SmoothTriangles<S> {
+    /// Adds a row, as for flat triangles; `normals` are unit vectors, one a corner.
+    pub fn push(&mut self, corners: [DVec3; 3], normals: [DVec3; 3]) {
+        self.flat.push(corners);
+        for (column, x) in self.shading.iter_mut().zip(normals.iter().flat_map(|n| n.to_array())) {
+            column.push(S::from_f64(x));
+        }
+    }
+}
+
+impl<S: Scalar> Block<S> for SmoothTriangles<S> {
+    const ROOTS: usize = 1;
+    type Roots = [S::Lane; 1];
+
+    fn len(&self) -> usize {
+        self.flat.len()
+    }
+
+    #[inline(always)]
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        self.flat.roots(i, rays, left)
+    }
+
+    #[inline(always)]
+    fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        self.flat.boundary(i, rays, left)
+    }
+
+    /// The normal is the corners' normals blended by their weights (manual section 3.4.3.7); the flat one where
+    /// they cancel.
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane> {
+        let flat = self.flat.resolve(index, active, rays, t);
+        let n = |k: usize| gather(&self.shading[k], index);
+        let [n0, n1, n2] = [0, 3, 6].map(|k| Vec3::new(n(k), n(k + 1), n(k + 2)));
+        let blend = n0 * (S::Lane::lit(1.0) - flat.u - flat.v) + n1 * flat.u + n2 * flat.v;
+        let sound = blend.dot(blend).gt(S::Lane::zero());
+        Surfaces { normal: Vec3::select(sound, blend.normalize(), flat.normal), ..flat }
+    }
+
+    fn bounds(&self, i: usize) -> Aabb {
+        self.flat.bounds(i)
+    }
+
+    fn permute(&mut self, order: &[u32]) {
+        self.flat.permute(order);
+        for column in &mut self.shading {
+            *column = permuted(column, order);
+        }
+    }
+}

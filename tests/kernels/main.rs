@@ -1,0 +1,4 @@
+//! Kernels against exact arithmetic: every shape on random rays and on the awkward ones.
+
+mod basics;
+mod support;
