@@ -1,2 +1,7 @@
-//! The `octray` program.
-fn main() {}
+//! The `octray` program: see [`cli`].
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

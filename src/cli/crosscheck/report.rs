@@ -1,0 +1,180 @@
+//! The cross-check told: lines for a terminal, a page for a browser, JSON for programs.
+
+use super::{Args, Figures, Row};
+use crate::cli::Failure;
+use octray::compare::{AMPLIFY, EDGE_CONTRAST};
+use octray::image_io::replace_file;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Above the lines.
+pub const HEAD: &str = "\
+scene                            octray s povray s  ratio      rmse   >1/255       max | off edges: <=2e-3      max";
+
+/// Below the lines.
+pub const FOOT: &str = "\
+Seconds of tracing alone; ratio: how many times as long POV-Ray takes (~: POV-Ray's clock, in ms, is too coarse).
+Light is linear. Off edges: pixels whose neighbours in POV-Ray's picture all differ by 0.02 or less.";
+
+/// One scene's line.
+pub fn line(row: &Row) -> String {
+    let name = shortened(&row.scene, 32);
+    let mut line = match &row.figures {
+        Some(figures) => {
+            let [octray, povray, ratio, rmse, over, max, within, off_max] = cells(figures);
+            format!(
+                "{name:32} {octray:>8} {povray:>8} {ratio:>6} {rmse:>9} {over:>8} {max:>9} | {within:>17} {off_max:>8}"
+            )
+        }
+        None => format!("{name:32} -"),
+    };
+    if let Some(why) = &row.failed {
+        let _ = write!(line, "  FAILED: {why}");
+    }
+    line
+}
+
+/// In the columns' order.
+fn cells(figures: &Figures) -> [String; 8] {
+    let (all, off) = (&figures.comparison.all, &figures.comparison.off_edges);
+    [
+        format!("{:.3}", figures.octray_s),
+        format!("{:.3}", figures.povray_s),
+        figures.ratio(),
+        format!("{:.1e}", all.rmse),
+        format!("{:.3} %", all.over_1_255 * 100.0),
+        format!("{:.1e}", all.max),
+        format!("{:.3} %", off.within * 100.0),
+        format!("{:.1e}", off.max),
+    ]
+}
+
+/// The end of a path says more than its beginning.
+fn shortened(path: &str, most: usize) -> String {
+    let length = path.chars().count();
+    if length <= most {
+        path.into()
+    } else {
+        format!("…{}", path.chars().skip(length - most + 1).collect::<String>())
+    }
+}
+
+/// Writes `index.html`, which holds everything it shows, the strips and `figures.json`.
+pub fn write(folder: &Path, rows: &[Row], version: &str, args: &Args) -> Result<(), Failure> {
+    replace_file(&folder.join("index.html"), page(rows, version, args).as_bytes())?;
+    for row in rows.iter().filter(|row| !row.strip.is_empty()) {
+        // One name per path: `scenes/show/glass.scn` is `scenes-show-glass.png`.
+        let name = Path::new(&row.scene).with_extension("png").display().to_string();
+        let name = name.trim_start_matches(['.', '/', '\\']).replace(['/', '\\', ':'], "-");
+        replace_file(&folder.join(name), &row.strip)?;
+    }
+    let json = serde_json::to_vec_pretty(rows).expect("plain numbers and names");
+    Ok(replace_file(&folder.join("figures.json"), &json)?)
+}
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem;color:#222}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.15rem .7rem;text-align:right;\
+border-bottom:1px solid #ddd}td:first-child,th:first-child{text-align:left}.failed{color:#b00020}\
+img{max-width:100%;image-rendering:pixelated}h2{font-size:1.1rem;margin:2rem 0 .3rem}";
+
+fn page(rows: &[Row], version: &str, args: &Args) -> String {
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>octray cross-check</title>\
+         <style>{STYLE}</style></head><body>\n<h1>octray {} against POV-Ray {}</h1>\n\
+         <p>{} x {} pixels, no anti-aliasing, one thread each, medians of {} interleaved rounds of tracing alone. \
+         Figures are in linear light; <em>ratio</em> says how many times as long POV-Ray takes (~: too quick for its \
+         clock, which counts milliseconds). <em>Off edges</em> are the pixels whose neighbours in POV-Ray's picture \
+         all differ by {EDGE_CONTRAST} or less. Strips show POV-Ray's picture, the difference times {AMPLIFY}, and \
+         octray's picture.</p>\n<table><tr><th>scene</th><th>octray s</th><th>POV-Ray s</th><th>ratio</th>\
+         <th>rmse</th><th>over 1/255</th><th>max</th><th>off edges, within 2e-3</th><th>off edges, max</th></tr>\n",
+        env!("CARGO_PKG_VERSION"),
+        escaped(version),
+        args.width,
+        args.height,
+        args.rounds,
+    );
+    // Writing to a string cannot fail.
+    for (index, row) in rows.iter().enumerate() {
+        let class = if row.failed.is_some() { " class=\"failed\"" } else { "" };
+        let _ = write!(page, "<tr{class}><td><a href=\"#s{index}\">{}</a></td>", escaped(&row.scene));
+        match &row.figures {
+            Some(figures) => cells(figures).iter().for_each(|cell| {
+                let _ = write!(page, "<td>{cell}</td>");
+            }),
+            None => page.push_str("<td colspan=\"8\">no picture</td>"),
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</table>\n");
+    for (index, row) in rows.iter().enumerate() {
+        let _ = writeln!(page, "<h2 id=\"s{index}\">{}</h2>", escaped(&row.scene));
+        if let Some(why) = &row.failed {
+            let _ = writeln!(page, "<p class=\"failed\">{}</p>", escaped(why));
+        }
+        if let Some(worst) = row.figures.as_ref().and_then(|figures| figures.comparison.all.worst) {
+            let _ = writeln!(
+                page,
+                "<p>Largest difference in column {}, row {}: expected {:?}, actual {:?}.</p>",
+                worst.x, worst.y, worst.expected, worst.actual
+            );
+        }
+        if !row.strip.is_empty() {
+            let _ = writeln!(page, "<img alt=\"\" src=\"data:image/png;base64,{}\">", base64(&row.strip));
+        }
+    }
+    page.push_str("</body></html>\n");
+    page
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// RFC 4648, section 4. Too little to depend on a crate for.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let bits = (0..3).fold(0u32, |bits, i| bits << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
+        for digit in 0..4 {
+            let known = digit <= chunk.len();
+            text.push(if known { DIGITS[(bits >> (18 - 6 * digit) & 63) as usize] as char } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_the_rfc() {
+        let table = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (text, code) in table {
+            assert_eq!(base64(text.as_bytes()), code);
+        }
+    }
+
+    #[test]
+    fn long_paths_keep_their_end() {
+        assert_eq!(shortened("scenes/a.scn", 32), "scenes/a.scn");
+        assert_eq!(shortened("abcdefgh", 4), "…fgh");
+    }
+
+    #[test]
+    fn a_scene_that_failed_is_on_the_page_and_escaped() {
+        let row =
+            Row { scene: "<a>".into(), failed: Some("\"no\" & never".into()), figures: None, strip: vec![] };
+        assert!(line(&row).ends_with("FAILED: \"no\" & never"));
+        assert_eq!(escaped(&row.scene), "&lt;a&gt;");
+    }
+}

@@ -1,0 +1,82 @@
+//! The command line: arguments in; files, progress, diagnostics and reports out.
+//!
+//! One file per subcommand. Knows the library's public doors only; how rays are traced is none of its business.
+
+mod check;
+mod compare;
+mod cpu;
+mod crosscheck;
+mod progress;
+mod render;
+mod scene;
+mod stats;
+
+use clap::{Parser, Subcommand};
+use octray::image_io::ImageError;
+use std::process::ExitCode;
+
+/// Renders POV-Ray scenes, eight rays at a time.
+///
+/// A scene is a POV-Ray 3.7 text file; `.scn` and `.pov` are the same to octray. What it does not model yet it refuses,
+/// saying where.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXIT_CODES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 all is well; 1 a scene has errors, or pictures differ more than --gate \
+allows; 2 the command line is wrong; 3 a file could not be written or a picture not read, POV-Ray is missing, or this \
+CPU cannot run this build.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to a picture file
+    Render(render::Args),
+    /// Read scenes and say what is wrong with them, without rendering
+    Check(check::Args),
+    /// Say how far two picture files are apart
+    Compare(compare::Args),
+    /// Render scenes with octray and with the installed POV-Ray, and compare pictures and times
+    Crosscheck(crosscheck::Args),
+}
+
+/// Why a command did not do what it was asked to. Diagnostics of scenes have been printed by then.
+#[derive(Debug)]
+enum Failure {
+    /// A scene has errors: exit code 1.
+    Scene,
+    /// Pictures differ more than allowed: exit code 1.
+    Differs(String),
+    /// The command line asks for something that makes no sense: exit code 2.
+    Usage(String),
+    /// A file, POV-Ray or the CPU: exit code 3.
+    Machine(String),
+}
+
+impl From<ImageError> for Failure {
+    fn from(error: ImageError) -> Self {
+        Self::Machine(error.to_string())
+    }
+}
+
+/// Runs what the arguments say.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = cpu::check().and_then(|()| match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Crosscheck(args) => crosscheck::run(&args),
+    });
+    let (message, code) = match done {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Scene) => return ExitCode::from(1),
+        Err(Failure::Differs(message)) => (message, 1),
+        Err(Failure::Usage(message)) => (message, 2),
+        Err(Failure::Machine(message)) => (message, 3),
+    };
+    eprintln!("error: {message}");
+    ExitCode::from(code)
+}

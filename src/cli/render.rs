@@ -1,0 +1,241 @@
+//! `octray render`: a scene to a picture file.
+
+use super::Failure;
+use super::progress::Bar;
+use super::scene::{SceneArgs, load};
+use super::stats::Stats;
+use clap::ValueEnum;
+use octray::film::Film;
+use octray::image_io::{self, Alpha, Encoding, Format};
+use octray::render::{Engine, Precision, RenderOptions, render};
+use octray::scene::{Gamma, Scene};
+use octray::transfer::Transfer;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The scene: a POV-Ray 3.7 file
+    scene: PathBuf,
+    /// Picture file; its ending says which kind: png, exr, hdr, ppm, jpg. `-` is the standard output. Without it: the
+    /// scene's name with .png, in the current folder
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// Kind of picture, whatever the file's name
+    #[arg(long, value_name = "KIND")]
+    format: Option<FormatArg>,
+    /// Pixels per row. The camera does not adapt: for square pixels its `right` must be WIDTH/HEIGHT times its `up`
+    #[arg(short = 'W', long, value_name = "N", default_value_t = RenderOptions::default().width as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    width: u32,
+    /// Rows of pixels
+    #[arg(short = 'H', long, value_name = "N", default_value_t = RenderOptions::default().height as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    height: u32,
+    #[command(flatten)]
+    tracing: TracingArgs,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    /// Bits per channel of PNG and PPM
+    #[arg(long, value_name = "BITS", default_value = "8", value_parser = ["8", "16"])]
+    bit_depth: String,
+    /// Write how much of each pixel is covered, too (PNG, EXR), as POV-Ray's +UA. A `background` without `transmit`
+    /// covers everything
+    #[arg(long)]
+    alpha: bool,
+    /// How the numbers in PNG, PPM and JPEG stand for light: `srgb`, or a power; 1.0 is linear, as POV-Ray's
+    /// File_Gamma=1.0
+    #[arg(long, value_name = "GAMMA", default_value = "srgb", value_parser = transfer)]
+    file_gamma: Transfer,
+    /// Write times, ray counts and memory as JSON; `-` is the standard output
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+    /// Say nothing but errors, and show no progress
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// How to trace.
+#[derive(Debug, clap::Args)]
+pub struct TracingArgs {
+    /// Threads; 0 is one per processor. The picture is the same, bit by bit, for any number
+    #[arg(short, long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// How exactly to compute
+    #[arg(short, long, value_enum, default_value_t)]
+    pub precision: PrecisionArg,
+    /// Who traces
+    #[arg(long, value_enum, default_value_t)]
+    pub engine: EngineArg,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum PrecisionArg {
+    /// Single precision wherever its error is bounded: for previews
+    Fast,
+    /// Boxes in single, surfaces in double precision
+    #[default]
+    Exact,
+    /// Double precision everywhere, with compensated sums
+    Strict,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum EngineArg {
+    /// Eight rays at a time
+    #[default]
+    Packets,
+    /// One ray at a time against every object: slow, and what the packet engine is checked with
+    Reference,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FormatArg {
+    Png,
+    Exr,
+    Hdr,
+    Ppm,
+    #[value(alias = "jpeg")]
+    Jpg,
+}
+
+impl TracingArgs {
+    pub fn options(&self, width: usize, height: usize) -> RenderOptions {
+        let precision = match self.precision {
+            PrecisionArg::Fast => Precision::Fast,
+            PrecisionArg::Exact => Precision::Exact,
+            PrecisionArg::Strict => Precision::Strict,
+        };
+        let engine = match self.engine {
+            EngineArg::Packets => Engine::Packets,
+            EngineArg::Reference => Engine::Reference,
+        };
+        RenderOptions { width, height, threads: self.threads, precision, engine }
+    }
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let start = Instant::now();
+    let output = Output::of(args)?;
+    let size = (args.width as usize, args.height as usize);
+    let scene = load(&args.scene, &args.scene_args, size, args.quiet)?;
+    let parse_s = start.elapsed().as_secs_f64();
+    // Before the rendering, which may take hours.
+    output.check_writable()?;
+    if let Some(path) = args.stats.as_deref().filter(|path| !is_stdout(path)) {
+        image_io::check_writable(path)?;
+    }
+
+    let options = args.tracing.options(size.0, size.1);
+    let bar = Bar::new(size.0 * size.1, args.quiet);
+    let (film, stats) = render(&scene, &options, &|progress| bar.update(progress))
+        .map_err(|error| Failure::Machine(error.to_string()))?;
+    drop(bar);
+
+    output.write(&film, &args.encoding(&scene, output.format))?;
+    if let Some(path) = &args.stats {
+        let stats = Stats::new(&options, stats, parse_s, start.elapsed().as_secs_f64());
+        let mut json = serde_json::to_vec_pretty(&stats).expect("plain numbers and names");
+        json.push(b'\n');
+        if is_stdout(path) { to_stdout(&json)? } else { image_io::replace_file(path, &json)? }
+    }
+    Ok(())
+}
+
+impl Args {
+    fn encoding(&self, scene: &Scene, format: Format) -> Encoding {
+        Encoding {
+            format,
+            deep: self.bit_depth == "16",
+            // Without gamma correction numbers are written as they are, whatever the file: as in POV-Ray.
+            transfer: if scene.globals.assumed_gamma == Gamma::Off {
+                Transfer::AsIs
+            } else {
+                self.file_gamma
+            },
+            alpha: self.alpha.then_some(Alpha { background_transmit: scene.background.transmit }),
+        }
+    }
+}
+
+/// Where the picture goes.
+struct Output {
+    /// `None` is the standard output.
+    path: Option<PathBuf>,
+    format: Format,
+}
+
+impl Output {
+    fn of(args: &Args) -> Result<Self, Failure> {
+        let asked = args.format.map(|format| match format {
+            FormatArg::Png => Format::Png,
+            FormatArg::Exr => Format::Exr,
+            FormatArg::Hdr => Format::Hdr,
+            FormatArg::Ppm => Format::Ppm,
+            FormatArg::Jpg => Format::Jpeg,
+        });
+        let output = match &args.output {
+            Some(path) if is_stdout(path) => Self { path: None, format: asked.unwrap_or_default() },
+            Some(path) => {
+                let format = asked.or_else(|| Format::of_path(path)).ok_or_else(|| {
+                    let path = path.display();
+                    Failure::Usage(format!(
+                        "`{path}` does not end in png, exr, hdr, ppm or jpg; say --format"
+                    ))
+                })?;
+                Self { path: Some(path.clone()), format }
+            }
+            None => {
+                let format = asked.unwrap_or_default();
+                let ending = Format::ALL.iter().find(|(f, _)| *f == format).map_or("png", |(_, e)| e[0]);
+                let name = args.scene.with_extension(ending);
+                let name =
+                    name.file_name().ok_or_else(|| Failure::Usage("the scene has no name; say -o".into()))?;
+                Self { path: Some(name.into()), format }
+            }
+        };
+        if output.path.is_none() && args.stats.as_deref().is_some_and(is_stdout) {
+            return Err(Failure::Usage("picture and stats cannot both go to the standard output".into()));
+        }
+        if args.alpha && !matches!(output.format, Format::Png | Format::Exr) {
+            return Err(Failure::Usage("only PNG and EXR hold alpha".into()));
+        }
+        if args.bit_depth == "16" && !matches!(output.format, Format::Png | Format::Ppm) {
+            return Err(Failure::Usage(
+                "only PNG and PPM have 16 bits; EXR and HDR always hold floats".into(),
+            ));
+        }
+        Ok(output)
+    }
+
+    fn check_writable(&self) -> Result<(), Failure> {
+        Ok(self.path.as_deref().map_or(Ok(()), image_io::check_writable)?)
+    }
+
+    fn write(&self, film: &Film, encoding: &Encoding) -> Result<(), Failure> {
+        match &self.path {
+            Some(path) => Ok(image_io::write(path, film, encoding)?),
+            None => to_stdout(&image_io::encode(film, encoding)?),
+        }
+    }
+}
+
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    let written = out.write_all(bytes).and_then(|()| out.flush());
+    written.map_err(|error| Failure::Machine(format!("cannot write to the standard output: {error}")))
+}
+
+fn transfer(text: &str) -> Result<Transfer, String> {
+    if text.eq_ignore_ascii_case("srgb") {
+        return Ok(Transfer::Srgb);
+    }
+    match text.parse::<f64>() {
+        // Beyond this no display ever was, and PNG's gAMA could not say it.
+        Ok(gamma) if (0.1..=10.0).contains(&gamma) => Ok(Transfer::Power(gamma)),
+        _ => Err("expected `srgb` or a number from 0.1 to 10".into()),
+    }
+}
