@@ -27,18 +27,32 @@ pub use transform::Transform;
 use std::sync::Arc;
 
 /// Everything a renderer needs to know.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// The last camera of the file, or POV-Ray's default.
     pub camera: Camera,
     /// Scene-wide settings.
     pub globals: Globals,
-    /// What a ray sees that hits nothing.
+    /// What a ray sees that hits nothing: `rgb * (1 - transmit)`. With alpha output `transmit` is how much of nothing shows:
+    /// 1 for a scene that gives no background.
     pub background: Color,
     /// In order of declaration.
     pub lights: Vec<Light>,
     /// In order of declaration: on exact ties the earlier one is seen.
     pub objects: Vec<Arc<Object>>,
+}
+
+impl Default for Scene {
+    /// An empty scene before a transparent, black background.
+    fn default() -> Self {
+        Self {
+            camera: Camera::default(),
+            globals: Globals::default(),
+            background: Color { transmit: 1.0, ..Color::default() },
+            lights: Vec::new(),
+            objects: Vec::new(),
+        }
+    }
 }
 
 /// `global_settings` (manual section 3.4.1), with POV-Ray 3.7's defaults.
