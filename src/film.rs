@@ -35,3 +35,31 @@ impl Film {
         self.pixels[y * self.width + x]
     }
 }
+
+/// Rays traced, by what they were for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RayCounts {
+    /// From the eye.
+    pub camera: u64,
+    /// Towards lights.
+    pub shadow: u64,
+    /// Off mirrors.
+    pub reflect: u64,
+    /// Through surfaces, bent or straight.
+    pub refract: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflect + self.refract
+    }
+
+    /// Adds those of another part of the picture.
+    pub fn add(&mut self, other: &Self) {
+        self.camera += other.camera;
+        self.shadow += other.shadow;
+        self.reflect += other.reflect;
+        self.refract += other.refract;
+    }
+}

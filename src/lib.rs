@@ -6,7 +6,10 @@
 //! ties them, [`image_io`] writes and reads pictures, [`compare`](mod@compare) says how far two of them are apart.
 #![forbid(unsafe_code)]
 
+pub mod bvh;
 pub mod compare;
+pub mod compile;
+pub mod csg;
 pub mod eval;
 pub mod film;
 pub mod image_io;
@@ -15,4 +18,6 @@ pub mod lane;
 pub mod lang;
 pub mod render;
 pub mod scene;
+pub mod texture;
 pub mod transfer;
+pub mod wave;

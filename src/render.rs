@@ -3,11 +3,17 @@
 //! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
 //! neither text nor files.
 
+use crate::compile::Compiled;
 use crate::film::Film;
+pub use crate::film::RayCounts;
+use crate::lane::Scalar;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
+use crate::wave;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 /// How exactly the packet engine computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -58,26 +64,6 @@ impl Default for RenderOptions {
             precision: Precision::default(),
             engine: Engine::default(),
         }
-    }
-}
-
-/// Rays traced, by what they were for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct RayCounts {
-    /// From the eye.
-    pub camera: u64,
-    /// Towards lights.
-    pub shadow: u64,
-    /// Off mirrors.
-    pub reflect: u64,
-    /// Through surfaces, bent or straight.
-    pub refract: u64,
-}
-
-impl RayCounts {
-    /// All of them.
-    pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflect + self.refract
     }
 }
 
@@ -158,14 +144,37 @@ pub fn render(
 
 /// Hands over to the engine, on the threads of the pool it is called in.
 fn trace(
-    _scene: &Scene,
+    scene: &Scene,
     options: &RenderOptions,
-    _progress: OnProgress<'_>,
+    progress: OnProgress<'_>,
 ) -> Result<(Film, RenderStats), RenderError> {
-    match options.engine {
-        Engine::Packets => Err(RenderError::NotBuilt("packet")),
-        Engine::Reference => Err(RenderError::NotBuilt("reference")),
+    match (options.engine, options.precision) {
+        (Engine::Packets, Precision::Fast) => Ok(trace_packets::<f32, f32>(scene, options, progress)),
+        (Engine::Packets, Precision::Exact) => Ok(trace_packets::<f64, f32>(scene, options, progress)),
+        (Engine::Packets, Precision::Strict) => Ok(trace_packets::<f64, f64>(scene, options, progress)),
+        (Engine::Reference, _) => Err(RenderError::NotBuilt("reference")),
     }
+}
+
+/// The packet engine with surfaces in `S` and boxes in `B`.
+fn trace_packets<S: Scalar, B: Scalar>(
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: OnProgress<'_>,
+) -> (Film, RenderStats) {
+    let begin = Instant::now();
+    let compiled = Compiled::<S, B>::new(scene);
+    let build_s = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
+    let of = (options.width * options.height) as u64;
+    let (film, counts) = wave::render(&compiled, options.width, options.height, &|tile, counts| {
+        let pixels = pixels.fetch_add(tile as u64, Ordering::Relaxed) + tile as u64;
+        let rays = rays.fetch_add(counts.total(), Ordering::Relaxed) + counts.total();
+        progress(Progress { pixels, of, rays });
+    });
+    let trace_s = begin.elapsed().as_secs_f64();
+    (film, RenderStats { build_s, trace_s, rays: counts, ..RenderStats::default() })
 }
 
 /// Decodes what was summed in the scene's working space to linear light.

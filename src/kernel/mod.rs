@@ -80,6 +80,8 @@ pub struct Surfaces<L> {
 pub trait Block<S: Scalar>: Default + Send + Sync {
     /// How many crossings a ray can have with one primitive.
     const ROOTS: usize;
+    /// True if [`Block::boundary`] is not the same as [`Block::roots`].
+    const SKIN_IS_PARTIAL: bool = false;
     /// Crossings by lane: `[L; ROOTS]`.
     type Roots: AsRef<[S::Lane]>;
 

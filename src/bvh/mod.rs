@@ -1,0 +1,11 @@
+//! The tree over everything that has a finite box: eight children a node, boxes in lanes.
+//!
+//! It knows bounds, kinds and row numbers, and calls leaf code it is handed; it knows no kernel, colour or text.
+
+mod build;
+mod node;
+mod walk;
+
+pub use build::{Item, build};
+pub use node::{Bvh, Child, Node, Run};
+pub use walk::{Packet, Stack, Visit, walk};

@@ -1,0 +1,500 @@
+//! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
+
+use super::shapes::{push, push_mesh};
+use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, Tag, build_tree, class, item};
+use crate::csg::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+use crate::kernel::Aabb;
+use crate::lane::Scalar;
+use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
+use crate::texture::TextureBuilder;
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The middle of what is finite in the scene.
+pub(super) fn middle(scene: &Scene) -> DVec3 {
+    let flat = flatten::<f64>(scene, DVec3::ZERO);
+    let mut bounds = Aabb::EMPTY;
+    for &kind in Kind::ALL {
+        for row in 0..flat.columns.len(kind) {
+            let b = flat.columns.bounds(kind, row);
+            if b.is_finite() {
+                bounds = bounds.union(b);
+            }
+        }
+    }
+    for composite in &flat.csg.composites {
+        if composite.bounds.is_finite() {
+            bounds = bounds.union(composite.bounds);
+        }
+    }
+    if bounds.is_finite() { bounds.center() } else { scene.camera.location }
+}
+
+pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
+    let mut pass = Pass {
+        columns: Columns::default(),
+        parts: Columns::default(),
+        csg: CsgTree::default(),
+        plain: vec![Vec::new(); Kind::ALL.len()],
+        composites: Vec::new(),
+        part_tags: Vec::new(),
+        owners: Vec::new(),
+        owner_of: FxHashMap::default(),
+        textures: TextureBuilder::new(origin),
+        opaque: Vec::new(),
+        interiors: vec![Interior::default()],
+        interior_of: FxHashMap::default(),
+        kept: Vec::new(),
+        rank: 0,
+        to_compiled: Transform::translate(-origin),
+    };
+    let plain = Arc::new(Texture::default());
+    for object in &scene.objects {
+        // An object without an interior encloses air of its own, which matters only where it can be seen through.
+        let handed = Handed {
+            place: Transform::IDENTITY,
+            texture: (plain.clone(), Transform::IDENTITY),
+            interior_texture: None,
+            interior: None,
+            root: Arc::as_ptr(object) as usize,
+            flags: Flags::default(),
+        };
+        pass.object(object, &handed);
+        pass.interior_of.remove(&handed.root);
+    }
+    Flat {
+        columns: pass.columns,
+        parts: pass.parts,
+        csg: pass.csg,
+        plain: pass.plain,
+        composites: pass.composites,
+        part_tags: pass.part_tags,
+        owners: pass.owners,
+        textures: pass.textures.finish(),
+        interiors: pass.interiors,
+    }
+}
+
+/// Builds the tree, puts rows in leaf order and numbers the surfaces.
+pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat: Flat<S>) -> Compiled<S, B> {
+    let Flat { mut columns, parts, mut csg, plain, composites, part_tags, owners, textures, interiors } =
+        flat;
+    let mut items = Vec::new();
+    // By kind: unbounded rows go behind the others.
+    let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(COMPOSITE) + 1];
+    for &kind in Kind::ALL {
+        for (row, tag) in plain[kind as usize].iter().enumerate() {
+            let bounds = columns.bounds(kind, row);
+            if bounds.is_finite() {
+                items.push(item(kind as u8, row, bounds, tag.class, kind.cost()));
+            } else {
+                loose[kind as usize].push(row as u32);
+            }
+        }
+    }
+    for (number, tag) in composites.iter().enumerate() {
+        let composite = &csg.composites[number];
+        if composite.bounds.min.cmpgt(composite.bounds.max).any() {
+            continue; // Its parts nowhere meet.
+        }
+        if composite.bounds.is_finite() {
+            let cost = composite
+                .parts
+                .clone()
+                .map(|p| Kind::ALL[usize::from(csg.parts[p as usize].kind)].cost())
+                .sum();
+            items.push(item(COMPOSITE, number, composite.bounds, tag.class, cost));
+        } else {
+            loose[usize::from(COMPOSITE)].push(number as u32);
+        }
+    }
+    let (bvh, mut order) = build_tree::<B>(&mut items);
+
+    let mut unbounded = Vec::new();
+    let mut classes = 0;
+    for (kind, rows) in loose.iter().enumerate() {
+        let tag = |row: u32| {
+            if kind == usize::from(COMPOSITE) { composites[row as usize] } else { plain[kind][row as usize] }
+        };
+        for run in rows.chunk_by(|&a, &b| tag(a).class == tag(b).class) {
+            let first = order[kind].len() as u32;
+            unbounded.push(crate::bvh::Run {
+                kind: kind as u8,
+                class: tag(run[0]).class,
+                last: true,
+                len: run.len() as u32,
+                first,
+            });
+            order[kind].extend_from_slice(run);
+        }
+    }
+    for run in unbounded.iter().chain(&bvh.runs) {
+        classes |= run.class;
+    }
+
+    let (mut owner, mut rank, mut base) = (Vec::new(), Vec::new(), Vec::new());
+    for &kind in Kind::ALL {
+        base.push(owner.len() as u32);
+        let order = &order[kind as usize];
+        columns.permute(kind, order);
+        owner.extend(order.iter().map(|&row| plain[kind as usize][row as usize].owner));
+        rank.extend(order.iter().map(|&row| plain[kind as usize][row as usize].rank));
+    }
+    let first_part = owner.len() as u32;
+    owner.extend(part_tags.iter().map(|tag| tag.owner));
+    rank.extend(part_tags.iter().map(|tag| tag.rank));
+    let order = &order[usize::from(COMPOSITE)];
+    csg.composites = order.iter().map(|&number| csg.composites[number as usize].clone()).collect();
+
+    Compiled {
+        origin,
+        columns,
+        base,
+        parts,
+        csg,
+        first_part,
+        owner,
+        rank,
+        owners,
+        textures,
+        interiors,
+        unbounded,
+        bvh,
+        classes,
+        lights: scene.lights.clone(),
+        camera: scene.camera.clone(),
+        globals: scene.globals.clone(),
+        background: scene.background,
+    }
+}
+
+/// What a node of the scene's tree has from its ancestors.
+#[derive(Clone)]
+struct Handed {
+    /// From the node's parent space to the world.
+    place: Transform,
+    /// With the place of the space it is in.
+    texture: (Arc<Texture>, Transform),
+    interior_texture: Option<(Arc<Texture>, Transform)>,
+    interior: Option<Arc<Interior>>,
+    /// Names the top-level object: the identity of its air.
+    root: usize,
+    flags: Flags,
+}
+
+impl Handed {
+    fn to(&self, object: &Object) -> Self {
+        let place = |texture: &Arc<Texture>| (texture.clone(), self.place);
+        let (mine, his) = (object.flags, self.flags);
+        Self {
+            place: object.transform.then(&self.place),
+            texture: object.texture.as_ref().map_or_else(|| self.texture.clone(), place),
+            interior_texture: object.interior_texture.as_ref().map(place).or_else(|| {
+                // A texture of its own hides the ancestor's look from inside too.
+                if object.texture.is_some() { None } else { self.interior_texture.clone() }
+            }),
+            interior: object.interior.clone().or_else(|| self.interior.clone()),
+            root: self.root,
+            flags: Flags {
+                no_shadow: mine.no_shadow || his.no_shadow,
+                no_image: mine.no_image || his.no_image,
+                no_reflection: mine.no_reflection || his.no_reflection,
+                hollow: mine.hollow || his.hollow,
+                inverse: mine.inverse,
+                double_illuminate: mine.double_illuminate || his.double_illuminate,
+            },
+        }
+    }
+}
+
+struct Pass<S: Scalar> {
+    columns: Columns<S>,
+    parts: Columns<f64>,
+    csg: CsgTree,
+    plain: Vec<Vec<Tag>>,
+    composites: Vec<Tag>,
+    part_tags: Vec<Tag>,
+    owners: Vec<Owner>,
+    owner_of: FxHashMap<Owner, u32>,
+    textures: TextureBuilder,
+    /// By texture number.
+    opaque: Vec<bool>,
+    interiors: Vec<Interior>,
+    /// By address of the interior, or of the top-level object for its air.
+    interior_of: FxHashMap<usize, u32>,
+    kept: Vec<Arc<Interior>>,
+    rank: u32,
+    to_compiled: Transform,
+}
+
+impl<S: Scalar> Pass<S> {
+    /// An object that nothing encloses but unions.
+    fn object(&mut self, object: &Object, above: &Handed) {
+        let handed = above.to(object);
+        if !object.clipped_by.is_empty() {
+            return self.composite(object, above);
+        }
+        match &object.shape {
+            Shape::Csg { op: CsgOp::Union, children, .. } => {
+                for child in children {
+                    self.object(child, &handed);
+                }
+            }
+            Shape::Csg { .. } => self.composite(object, above),
+            Shape::Mesh(mesh) => {
+                let tags = self.mesh_tags(mesh, &handed);
+                let place = handed.place.then(&self.to_compiled);
+                push_mesh(&mut self.columns, mesh, &place, |kind, _, triangle| {
+                    self.plain[kind as usize].push(tags[triangle]);
+                });
+            }
+            shape => {
+                let tag = self.tag(&handed);
+                let place = handed.place.then(&self.to_compiled);
+                if let Some(kind) = push(&mut self.columns, shape, &place) {
+                    self.plain[kind as usize].push(tag);
+                }
+            }
+        }
+    }
+
+    fn tag(&mut self, handed: &Handed) -> Tag {
+        let texture = self.texture(&handed.texture);
+        self.tag_with([texture; 3], handed)
+    }
+
+    fn tag_with(&mut self, textures: [u32; 3], handed: &Handed) -> Tag {
+        let interior_texture = handed.interior_texture.as_ref().map(|texture| self.texture(texture));
+        let owner = Owner {
+            textures,
+            interior_texture,
+            interior: self.interior(handed),
+            inverse: handed.flags.inverse,
+            double_illuminate: handed.flags.double_illuminate,
+        };
+        let next = self.owners.len() as u32;
+        let number = *self.owner_of.entry(owner).or_insert(next);
+        if number == next {
+            self.owners.push(owner);
+        }
+        let blocks = textures.iter().all(|&t| self.opaque[t as usize]);
+        let mut bits = class::REFRACTED;
+        if !handed.flags.no_image {
+            bits |= class::CAMERA;
+        }
+        if !handed.flags.no_reflection {
+            bits |= class::REFLECTED;
+        }
+        if !handed.flags.no_shadow {
+            bits |= if blocks { class::BLOCKS } else { class::FILTERS };
+        }
+        self.rank += 1;
+        Tag { owner: number, rank: self.rank, class: bits }
+    }
+
+    fn texture(&mut self, (texture, place): &(Arc<Texture>, Transform)) -> u32 {
+        let number = self.textures.add(texture, place);
+        if number as usize == self.opaque.len() {
+            self.opaque.push(texture.is_opaque());
+        }
+        number
+    }
+
+    fn interior(&mut self, handed: &Handed) -> u32 {
+        let key = handed.interior.as_ref().map_or(handed.root, |interior| Arc::as_ptr(interior) as usize);
+        if let Some(&number) = self.interior_of.get(&key) {
+            return number;
+        }
+        // Air around which nothing bends or fades needs an identity only where a ray can go in.
+        let see_through = !handed.texture.0.is_opaque()
+            || handed.texture.0.layers.iter().any(|layer| layer.finish.reflection.fresnel);
+        if handed.interior.is_none() && !see_through {
+            return 0;
+        }
+        let number = self.interiors.len() as u32;
+        match &handed.interior {
+            Some(interior) => {
+                self.interiors.push(Interior::clone(interior));
+                self.kept.push(interior.clone());
+            }
+            None => self.interiors.push(Interior::default()),
+        }
+        self.interior_of.insert(key, number);
+        number
+    }
+
+    /// A tag for each triangle.
+    fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> Vec<Tag> {
+        let whole = self.tag(handed);
+        if mesh.textures.is_empty() {
+            return vec![whole; mesh.triangles.len()];
+        }
+        let own: Vec<u32> = mesh.textures.iter().map(|t| self.texture(&(t.clone(), handed.place))).collect();
+        let mut tags = FxHashMap::default();
+        mesh.triangles
+            .iter()
+            .map(|triangle| match triangle.textures {
+                None => whole,
+                Some(corners) => *tags
+                    .entry(corners)
+                    .or_insert_with(|| self.tag_with(corners.map(|c| own[c as usize]), handed)),
+            })
+            .collect()
+    }
+
+    /// An object whose surfaces depend on each other.
+    fn composite(&mut self, object: &Object, above: &Handed) {
+        let first = self.csg.parts.len() as u32;
+        let mut tags = Vec::new();
+        let (root, bounds) = self.node(object, above, &mut tags);
+        self.constrain(root, &mut Vec::new());
+        let class = tags.iter().fold(0, |bits, tag: &Tag| bits | tag.class);
+        // If one part lets light through, the whole must be asked which part was hit.
+        let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
+        let parts = first..self.csg.parts.len() as u32;
+        self.csg.composites.push(Composite { parts, bounds, root });
+        let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
+        self.composites.push(Tag { class, ..tag });
+        self.part_tags.extend(tags);
+    }
+
+    /// Adds `object` to the expressions: the number of its node, and a box around its surfaces.
+    fn node(&mut self, object: &Object, above: &Handed, tags: &mut Vec<Tag>) -> (u32, Aabb) {
+        let handed = above.to(object);
+        let place = handed.place.then(&self.to_compiled);
+        let (kind, mut bounds) = match &object.shape {
+            Shape::Csg { op, children, .. } => {
+                let mut bounds: Option<Aabb> = None;
+                let mut numbers = Vec::with_capacity(children.len());
+                for (k, child) in children.iter().enumerate() {
+                    let (number, b) = self.node(child, &handed, tags);
+                    let removed = *op == CsgOp::Difference && k > 0;
+                    if removed {
+                        let node = &mut self.csg.nodes[number as usize];
+                        node.inverted = !node.inverted;
+                    } else {
+                        bounds = Some(bounds.map_or(b, |a| match op {
+                            CsgOp::Union | CsgOp::Merge => a.union(b),
+                            CsgOp::Intersection | CsgOp::Difference => a.intersection(b),
+                        }));
+                    }
+                    numbers.push(number);
+                }
+                let list = self.list(&numbers);
+                let kind = match op {
+                    CsgOp::Union => NodeKind::Any(list),
+                    CsgOp::Merge => NodeKind::Merged(list),
+                    CsgOp::Intersection | CsgOp::Difference => NodeKind::All(list),
+                };
+                (kind, bounds.unwrap_or(Aabb::EMPTY))
+            }
+            Shape::Mesh(mesh) => {
+                let mesh_tags = self.mesh_tags(mesh, &handed);
+                let mut numbers = Vec::new();
+                let mut bounds = Aabb::EMPTY;
+                let mut rows = Vec::new();
+                push_mesh(&mut self.parts, mesh, &place, |kind, row, triangle| {
+                    rows.push((kind, row, triangle))
+                });
+                for (kind, row, triangle) in rows {
+                    bounds = bounds.union(self.parts.bounds(kind, row));
+                    numbers.push(self.part(kind, row, mesh.inside_vector.is_some()));
+                    tags.push(mesh_tags[triangle]);
+                }
+                (NodeKind::Odd(self.list(&numbers)), bounds)
+            }
+            shape => {
+                let tag = self.tag(&handed);
+                match push(&mut self.parts, shape, &place) {
+                    None => (NodeKind::Any(0..0), Aabb::EMPTY),
+                    Some(kind) => {
+                        let row = self.parts.len(kind) - 1;
+                        let bounds = self.parts.bounds(kind, row);
+                        let solid = !matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. });
+                        let number = self.part(kind, row, solid);
+                        tags.push(tag);
+                        if object.clipped_by.is_empty() {
+                            if object.flags.inverse {
+                                self.csg.nodes[number as usize].inverted = true;
+                                return (number, Aabb::INFINITE);
+                            }
+                            return (number, bounds);
+                        }
+                        (NodeKind::All(self.list(&[number])), bounds)
+                    }
+                }
+            }
+        };
+        let mut number = self.push_node(kind);
+        if !object.clipped_by.is_empty() {
+            let mut numbers = vec![number];
+            for clip in &object.clipped_by {
+                let first = self.csg.parts.len();
+                let (clip, b) = self.node(clip, above, tags);
+                for part in &mut self.csg.parts[first..] {
+                    part.seen = false;
+                }
+                bounds = bounds.intersection(b);
+                numbers.push(clip);
+            }
+            let list = self.list(&numbers);
+            number = self.push_node(NodeKind::All(list));
+        }
+        if object.flags.inverse {
+            self.csg.nodes[number as usize].inverted = true;
+            bounds = Aabb::INFINITE;
+        }
+        (number, bounds)
+    }
+
+    fn part(&mut self, kind: Kind, row: usize, solid: bool) -> u32 {
+        let number = self.csg.parts.len() as u32;
+        self.csg.parts.push(Part { kind: kind as u8, row: row as u32, solid, seen: true, constraints: 0..0 });
+        self.push_node(NodeKind::Part(number))
+    }
+
+    fn push_node(&mut self, kind: NodeKind) -> u32 {
+        self.csg.nodes.push(CsgNode { kind, inverted: false });
+        self.csg.nodes.len() as u32 - 1
+    }
+
+    fn list(&mut self, numbers: &[u32]) -> Range<u32> {
+        let first = self.csg.lists.len() as u32;
+        self.csg.lists.extend_from_slice(numbers);
+        first..self.csg.lists.len() as u32
+    }
+
+    /// Hands the constraints of `node`'s ancestors (outermost first) down to its parts.
+    fn constrain(&mut self, node: u32, above: &mut Vec<Constraint>) {
+        let CsgNode { kind, inverted } = self.csg.nodes[node as usize].clone();
+        let depth = above.len();
+        if inverted {
+            above.push(Constraint::Inverted);
+        }
+        match kind {
+            NodeKind::Part(number) => {
+                let first = self.csg.constraints.len() as u32;
+                self.csg.constraints.extend(above.iter().rev().cloned());
+                self.csg.parts[number as usize].constraints = first..self.csg.constraints.len() as u32;
+            }
+            NodeKind::All(list) | NodeKind::Merged(list) | NodeKind::Any(list) | NodeKind::Odd(list) => {
+                let children = self.csg.lists[list.start as usize..list.end as usize].to_vec();
+                let kind = self.csg.nodes[node as usize].kind.clone();
+                for &child in &children {
+                    let constraint = match &kind {
+                        NodeKind::All(list) => Some(Constraint::Inside(list.clone(), child)),
+                        NodeKind::Merged(list) => Some(Constraint::Outside(list.clone(), child)),
+                        _ => None,
+                    };
+                    let before = above.len();
+                    above.extend(constraint);
+                    self.constrain(child, above);
+                    above.truncate(before);
+                }
+            }
+        }
+        above.truncate(depth);
+    }
+}

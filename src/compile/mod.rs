@@ -1,0 +1,117 @@
+//! From the scene's tree to columns: every primitive in the world's space (or the compiled scene's, see
+//! [`Compiled::origin`]), one block per kind that is present, a tree over all of it, and a table of who owns what.
+//!
+//! What comes in is a [`Scene`]; what goes out is everything the waves need, and nothing they must decide per ray.
+
+mod columns;
+mod flatten;
+mod owner;
+mod shapes;
+
+pub use columns::{Columns, Kind, WithBlock};
+pub use owner::{Owner, class};
+
+use crate::bvh::{Bvh, Item, Run, build};
+use crate::csg::CsgTree;
+use crate::lane::Scalar;
+use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
+use crate::texture::TextureTable;
+use glam::DVec3;
+
+/// The number of a surface: a plain primitive (its kind's base plus its row), or a part of a composite
+/// ([`Compiled::first_part`] plus its number).
+pub type SurfaceId = u32;
+
+/// No surface: the ray started in free space, or hit nothing.
+pub const NO_SURFACE: SurfaceId = u32::MAX;
+
+/// Kind number of composites among the kinds of the tree's runs: one past the last kind with columns.
+pub const COMPOSITE: u8 = Kind::ALL.len() as u8;
+
+/// A scene made ready for rays: primitives in precision `S`, boxes in precision `B`.
+pub struct Compiled<S: Scalar, B: Scalar> {
+    /// Subtracted from world coordinates before they become columns: zero in double precision; in single precision
+    /// the middle of the scene, so that a scene far from the world's origin keeps its digits.
+    pub origin: DVec3,
+    /// Primitives that stand by themselves.
+    pub columns: Columns<S>,
+    /// First surface number of each kind.
+    pub base: Vec<SurfaceId>,
+    /// Parts of composites, always in double precision.
+    pub parts: Columns<f64>,
+    /// What the parts make up.
+    pub csg: CsgTree,
+    /// First surface number of a part.
+    pub first_part: SurfaceId,
+    /// By surface number: index into `owners`.
+    pub owner: Vec<u32>,
+    /// By surface number: place in the order of declaration, for ties.
+    pub rank: Vec<u32>,
+    /// What belongs to whom.
+    pub owners: Vec<Owner>,
+    /// Colours.
+    pub textures: TextureTable,
+    /// By number; number 0 is air that no surface encloses.
+    pub interiors: Vec<Interior>,
+    /// Without finite bounds: tested before the tree.
+    pub unbounded: Vec<Run>,
+    /// Over everything else.
+    pub bvh: Bvh<B>,
+    /// Union of the classes of all runs.
+    pub classes: u8,
+    /// In order of declaration.
+    pub lights: Vec<Light>,
+    /// The camera, in world space.
+    pub camera: Camera,
+    /// Settings.
+    pub globals: Globals,
+    /// What rays see that hit nothing.
+    pub background: Color,
+}
+
+impl<S: Scalar, B: Scalar> Compiled<S, B> {
+    /// Compiles `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        let origin = if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF { flatten::middle(scene) } else { DVec3::ZERO };
+        let flat = flatten::flatten::<S>(scene, origin);
+        flatten::assemble(scene, origin, flat)
+    }
+
+    /// True if any run has a class of `filter`.
+    pub fn has_class(&self, filter: u8) -> bool {
+        self.classes & filter != 0
+    }
+}
+
+/// Everything [`Compiled`] needs from the pass over the scene's tree.
+struct Flat<S: Scalar> {
+    columns: Columns<S>,
+    parts: Columns<f64>,
+    csg: CsgTree,
+    /// By kind and row of `columns`: owner, rank and class.
+    plain: Vec<Vec<Tag>>,
+    /// By composite.
+    composites: Vec<Tag>,
+    /// By part.
+    part_tags: Vec<Tag>,
+    owners: Vec<Owner>,
+    textures: TextureTable,
+    interiors: Vec<Interior>,
+}
+
+/// What is known of a primitive besides its geometry.
+#[derive(Debug, Clone, Copy)]
+struct Tag {
+    owner: u32,
+    rank: u32,
+    class: u8,
+}
+
+/// Puts a row into the tree's items, or among the unbounded.
+fn item(kind: u8, index: usize, bounds: crate::kernel::Aabb, class: u8, cost: f32) -> Item {
+    Item { bounds, kind, class, index: index as u32, cost }
+}
+
+fn build_tree<B: Scalar>(items: &mut [Item]) -> (Bvh<B>, Vec<Vec<u32>>) {
+    build(items, usize::from(COMPOSITE) + 1)
+}

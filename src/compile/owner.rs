@@ -1,0 +1,30 @@
+//! Who owns a surface: what it looks like, what is inside it, who sees it.
+
+/// What surfaces of one object share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Owner {
+    /// Textures seen from outside: one, or three that are blended between a triangle's corners.
+    pub textures: [u32; 3],
+    /// Texture seen from inside; `None` for the same.
+    pub interior_texture: Option<u32>,
+    /// What light meets inside.
+    pub interior: u32,
+    /// Inside and outside change places: told to what asks what a point is in.
+    pub inverse: bool,
+    /// Lit from both sides.
+    pub double_illuminate: bool,
+}
+
+/// Bits that say which rays see a run. A ray's filter and a run's class must share a bit.
+pub mod class {
+    /// Seen by camera rays (not `no_image`).
+    pub const CAMERA: u8 = 1;
+    /// Seen by reflected rays (not `no_reflection`).
+    pub const REFLECTED: u8 = 2;
+    /// Seen by refracted rays: everything is.
+    pub const REFRACTED: u8 = 4;
+    /// Blocks shadow rays altogether.
+    pub const BLOCKS: u8 = 8;
+    /// Lets some light of shadow rays through, or may.
+    pub const FILTERS: u8 = 16;
+}

@@ -1,0 +1,96 @@
+//! Each shape of a scene into the block that holds it best: a sphere stays a sphere under similarities, a box stays
+//! axis-parallel where it can, and whatever else is bent goes to a block with a space of its own.
+
+use super::{Columns, Kind};
+use crate::kernel::Block;
+use crate::lane::Scalar;
+use crate::scene::{Mesh, Shape, Transform};
+use glam::DVec3;
+
+/// Adds `shape` and says which block took it; `None` for shapes that nothing can hit. (Meshes and composites are not
+/// for this.)
+pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &Transform) -> Option<Kind> {
+    match shape {
+        Shape::Sphere { center, radius } => {
+            if let Some(scale) = similarity(place) {
+                columns.spheres.push(place.point(*center), radius * scale);
+                return Some(Kind::Sphere);
+            }
+            let unit = Transform::scale(DVec3::splat(*radius)).then(&Transform::translate(*center));
+            columns.ellipsoids.push(&unit.then(place));
+            Some(Kind::Ellipsoid)
+        }
+        Shape::Plane { normal, distance } => {
+            columns.planes.push(place, *normal, *distance);
+            Some(Kind::Plane)
+        }
+        Shape::Box { min, max } => {
+            if is_axis_scale(place) {
+                let (a, b) = (place.point(*min), place.point(*max));
+                columns.boxes.push(a.min(b), a.max(b));
+                return Some(Kind::Box);
+            }
+            columns.oriented_boxes.push(place, *min, *max);
+            Some(Kind::OrientedBox)
+        }
+        Shape::Triangle { vertices, normals } => {
+            let corners = vertices.map(|v| place.point(v));
+            match normals {
+                None => {
+                    columns.triangles.push(corners);
+                    Some(Kind::Triangle)
+                }
+                Some(normals) => {
+                    columns
+                        .smooth_triangles
+                        .push(corners, normals.map(|n| place.normal(n).normalize_or_zero()));
+                    Some(Kind::SmoothTriangle)
+                }
+            }
+        }
+        _ => None,
+    }
+}
+
+/// Adds a mesh's triangles; `placed` is told block, row and triangle.
+pub(super) fn push_mesh<S: Scalar>(
+    columns: &mut Columns<S>,
+    mesh: &Mesh,
+    place: &Transform,
+    mut placed: impl FnMut(Kind, usize, usize),
+) {
+    let vertices: Vec<DVec3> = mesh.vertices.iter().map(|&v| place.point(v)).collect();
+    let normals: Vec<DVec3> = mesh.normals.iter().map(|&n| place.normal(n).normalize_or_zero()).collect();
+    for (number, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = triangle.vertices.map(|v| vertices[v as usize]);
+        match triangle.normals {
+            None => {
+                columns.triangles.push(corners);
+                placed(Kind::Triangle, columns.triangles.len() - 1, number);
+            }
+            Some(indices) => {
+                columns.smooth_triangles.push(corners, indices.map(|n| normals[n as usize]));
+                placed(Kind::SmoothTriangle, columns.smooth_triangles.len() - 1, number);
+            }
+        }
+    }
+}
+
+/// How far a map's columns may be from equal length and square to each other, to count as a similarity: a few
+/// roundings of a product of rotations.
+const SIMILARITY: f64 = 16.0 * f64::EPSILON;
+
+/// The scale of a map that keeps angles.
+fn similarity(place: &Transform) -> Option<f64> {
+    let m = place.forward.matrix3;
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let square = x.length_squared();
+    let off = [y.length_squared() - square, z.length_squared() - square, x.dot(y), y.dot(z), z.dot(x)];
+    off.iter().all(|e| e.abs() <= SIMILARITY * square).then(|| square.sqrt())
+}
+
+/// True for maps that stretch and move along the axes only.
+fn is_axis_scale(place: &Transform) -> bool {
+    let m = place.forward.matrix3;
+    [m.x_axis.y, m.x_axis.z, m.y_axis.x, m.y_axis.z, m.z_axis.x, m.z_axis.y].iter().all(|&e| e == 0.0)
+}

@@ -1,0 +1,249 @@
+//! The nearest surface of a composite along eight rays.
+
+use super::{Composite, Constraint, CsgTree, NodeKind};
+use crate::kernel::Rays;
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+use std::ops::Range;
+
+/// Crossings that lie closer together than this share of the distances involved are one place: coincident faces of
+/// two parts are computed by different formulas and differ by some roundings (4 each for `t` and for the origin
+/// relative to either part).
+const TIE: f64 = 16.0 * f64::UNIT_ROUNDOFF;
+
+/// Crossings of a composite's parts with eight rays; kept between calls so that nothing is allocated.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    crossings: Vec<f64x8>,
+    parts: Vec<PartCrossings>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct PartCrossings {
+    /// Where the surface is crossed, as a stretch of `crossings`.
+    surface: Range<usize>,
+    /// Where inside and outside change.
+    boundary: Range<usize>,
+    /// Lanes that come from inside, infinitely far behind the start.
+    from_inside: u8,
+}
+
+/// The nearest hits of eight rays so far.
+#[derive(Debug)]
+pub struct Best<'a> {
+    /// How far they are.
+    pub t: f64x8,
+    /// Which surfaces they are; `u32::MAX` for none.
+    pub surface: [u32; LANES],
+    /// Surface number of part 0.
+    pub first_part: u32,
+    /// By surface number: the lower wins where two are equally near.
+    pub rank: &'a [u32],
+}
+
+/// What a part does along eight rays: surface crossings and boundary crossings (both into the list given, surface
+/// first), how many are surface, and the lanes that are inside at minus infinity. `None` for the second list: the same.
+pub trait PartRoots {
+    /// See the trait.
+    fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8);
+}
+
+/// The two sides of a place on a ray: a bit per lane for "inside just before" and "inside just after".
+#[derive(Debug, Clone, Copy)]
+struct Sides {
+    before: u8,
+    after: u8,
+}
+
+impl CsgTree {
+    /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
+    /// than what stands there; returns the lanes that changed.
+    pub fn nearest(
+        &self,
+        composite: &Composite,
+        rays: &Rays<f64x8>,
+        (lanes, t_min): (u8, f64x8),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+        best: &mut Best,
+    ) -> u8 {
+        let mut changed = 0;
+        let along = self.along(composite, rays, source, scratch);
+
+        for number in composite.parts.clone() {
+            let part = &self.parts[number as usize];
+            if !part.seen {
+                continue;
+            }
+            for k in along.parts[(number - composite.parts.start) as usize].surface.clone() {
+                let at = along.crossings[k];
+                let mut wanted = (at.gt(t_min) & at.le(best.t)).bits() & lanes;
+                if wanted == 0 {
+                    continue;
+                }
+                wanted &= along.is_surface(number, at);
+                let mut ties = at.equal(best.t).bits() & wanted;
+                while ties != 0 {
+                    let lane = ties.trailing_zeros() as usize;
+                    ties &= ties - 1;
+                    let other = best.surface[lane];
+                    let first = other != u32::MAX
+                        && best.rank[(best.first_part + number) as usize] < best.rank[other as usize];
+                    if !first {
+                        wanted &= !(1 << lane);
+                    }
+                }
+                best.t = Mask::from_bits(wanted).select(at, best.t);
+                for (lane, surface) in best.surface.iter_mut().enumerate() {
+                    if wanted >> lane & 1 == 1 {
+                        *surface = best.first_part + number;
+                    }
+                }
+                changed |= wanted;
+            }
+        }
+        changed
+    }
+
+    /// Lanes whose start lies inside the composite.
+    pub fn contains_start(
+        &self,
+        composite: &Composite,
+        rays: &Rays<f64x8>,
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+    ) -> u8 {
+        let along = self.along(composite, rays, source, scratch);
+        let sides = along.node(composite.root, f64x8::zero());
+        sides.before | sides.after
+    }
+
+    /// Finds all crossings of all parts.
+    fn along<'a>(
+        &'a self,
+        composite: &Composite,
+        rays: &Rays<f64x8>,
+        source: &impl PartRoots,
+        scratch: &'a mut Scratch,
+    ) -> Along<'a> {
+        let Scratch { crossings, parts } = scratch;
+        crossings.clear();
+        parts.clear();
+        for number in composite.parts.clone() {
+            let first = crossings.len();
+            let (surface, from_inside) = source.roots(number, rays, crossings);
+            let surface = first..first + surface;
+            let boundary = match self.parts[number as usize].solid {
+                false => first..first,
+                true if crossings.len() > surface.end => surface.end..crossings.len(),
+                true => surface.clone(),
+            };
+            parts.push(PartCrossings { surface, boundary, from_inside });
+        }
+        let reach = max_abs(rays.origin);
+        Along { tree: self, first_part: composite.parts.start, crossings, parts, reach }
+    }
+}
+
+fn max_abs(v: Vec3<f64x8>) -> f64x8 {
+    v.abs().max_element()
+}
+
+/// Everything known along the eight rays.
+struct Along<'a> {
+    tree: &'a CsgTree,
+    first_part: u32,
+    crossings: &'a [f64x8],
+    parts: &'a [PartCrossings],
+    reach: f64x8,
+}
+
+impl Along<'_> {
+    /// Lanes in which the crossing of part `number` at `at` is a surface of the whole.
+    fn is_surface(&self, number: u32, at: f64x8) -> u8 {
+        let part = &self.tree.parts[number as usize];
+        let constraints =
+            &self.tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
+        if !part.solid {
+            // Without an inside there is no before and after: the surface is kept where the constraints hold on
+            // either side, so that a face on the rim of a clip is kept.
+            return constraints.iter().fold(!0, |valid, constraint| match constraint {
+                Constraint::Inside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+                    let sides = self.node(node, at);
+                    valid & (sides.before | sides.after)
+                }),
+                Constraint::Outside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+                    let sides = self.node(node, at);
+                    valid & !(sides.before & sides.after)
+                }),
+                Constraint::Inverted => valid,
+            });
+        }
+        let mut own = self.part(number, at);
+        for constraint in constraints {
+            match constraint {
+                Constraint::Inside(list, child) => {
+                    for node in self.others(list, *child) {
+                        let sides = self.node(node, at);
+                        own.before &= sides.before;
+                        own.after &= sides.after;
+                    }
+                }
+                Constraint::Outside(list, child) => {
+                    for node in self.others(list, *child) {
+                        let sides = self.node(node, at);
+                        own.before |= sides.before;
+                        own.after |= sides.after;
+                    }
+                }
+                Constraint::Inverted => own = Sides { before: !own.before, after: !own.after },
+            }
+        }
+        own.before ^ own.after
+    }
+
+    fn list(&self, range: &Range<u32>) -> &[u32] {
+        &self.tree.lists[range.start as usize..range.end as usize]
+    }
+
+    /// The nodes of a list without one of them.
+    fn others(&self, range: &Range<u32>, own: u32) -> impl Iterator<Item = u32> {
+        self.list(range).iter().copied().filter(move |&node| node != own)
+    }
+
+    /// Inside part `number` just before and just after `at`.
+    fn part(&self, number: u32, at: f64x8) -> Sides {
+        let part = &self.parts[(number - self.first_part) as usize];
+        let tie = (self.reach + at.abs()) * f64x8::lit(TIE);
+        let (early, late) = (at - tie, at + tie);
+        let mut sides = Sides { before: part.from_inside, after: part.from_inside };
+        for &crossing in &self.crossings[part.boundary.clone()] {
+            sides.before ^= crossing.lt(early).bits();
+            sides.after ^= crossing.le(late).bits();
+        }
+        sides
+    }
+
+    /// Inside `node` just before and just after `at`.
+    fn node(&self, node: u32, at: f64x8) -> Sides {
+        let node = &self.tree.nodes[node as usize];
+        let mut sides = match &node.kind {
+            NodeKind::Part(number) => self.part(*number, at),
+            NodeKind::All(list) => self.fold(list, at, !0, |a, b| a & b),
+            NodeKind::Any(list) | NodeKind::Merged(list) => self.fold(list, at, 0, |a, b| a | b),
+            NodeKind::Odd(list) => self.fold(list, at, 0, |a, b| a ^ b),
+        };
+        if node.inverted {
+            sides = Sides { before: !sides.before, after: !sides.after };
+        }
+        sides
+    }
+
+    fn fold(&self, list: &Range<u32>, at: f64x8, start: u8, op: impl Fn(u8, u8) -> u8) -> Sides {
+        let mut sides = Sides { before: start, after: start };
+        for &child in self.list(list) {
+            let child = self.node(child, at);
+            sides = Sides { before: op(sides.before, child.before), after: op(sides.after, child.after) };
+        }
+        sides
+    }
+}

@@ -1,0 +1,80 @@
+//! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
+
+use crate::kernel::Aabb;
+use std::ops::Range;
+
+/// All composites of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct CsgTree {
+    /// One for each composite that stands in the scene's tree.
+    pub composites: Vec<Composite>,
+    /// Parts of all composites, each composite's together.
+    pub parts: Vec<Part>,
+    /// Boolean expressions over parts.
+    pub nodes: Vec<CsgNode>,
+    /// Lists of nodes that [`NodeKind`] and [`Constraint`] refer to.
+    pub lists: Vec<u32>,
+    /// What must hold for a part's crossing to be a surface, innermost first.
+    pub constraints: Vec<Constraint>,
+}
+
+/// One composite.
+#[derive(Debug, Clone)]
+pub struct Composite {
+    /// Its parts.
+    pub parts: Range<u32>,
+    /// Holds all its surfaces; infinite if nothing bounds it.
+    pub bounds: Aabb,
+    /// The expression for the inside of the whole.
+    pub root: u32,
+}
+
+/// A primitive that is part of a composite.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Which columns it is in.
+    pub kind: u8,
+    /// Its row.
+    pub row: u32,
+    /// It has an inside; else only a surface (triangle, polygon, mesh without `inside_vector`).
+    pub solid: bool,
+    /// Its crossings can be seen; false for what only clips.
+    pub seen: bool,
+    /// A stretch of [`CsgTree::constraints`].
+    pub constraints: Range<u32>,
+}
+
+/// The inside of a part or of several.
+#[derive(Debug, Clone)]
+pub struct CsgNode {
+    /// Of what.
+    pub kind: NodeKind,
+    /// Inside and outside change places.
+    pub inverted: bool,
+}
+
+/// How an inside is made of others.
+#[derive(Debug, Clone)]
+pub enum NodeKind {
+    /// Of one part, by its number in the tree.
+    Part(u32),
+    /// Inside every one of a stretch of [`CsgTree::lists`].
+    All(Range<u32>),
+    /// Inside at least one.
+    Any(Range<u32>),
+    /// The same, of a merge: surfaces inside another child do not count.
+    Merged(Range<u32>),
+    /// Inside an odd number: the triangles of a closed mesh.
+    Odd(Range<u32>),
+}
+
+/// What a composite does to the surfaces of one of its children.
+#[derive(Debug, Clone)]
+pub enum Constraint {
+    /// They count where they are inside all children of an intersection but the one named: their own.
+    Inside(Range<u32>, u32),
+    /// They count where they are outside all children of a merge but their own.
+    Outside(Range<u32>, u32),
+    /// The child is turned inside out before its parent sees it.
+    Inverted,
+}

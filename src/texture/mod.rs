@@ -1,0 +1,12 @@
+//! Colour at hit points, eight at a time. Knows textures and points; no rays, no traversal.
+//!
+//! Textures that differ only in plain colours share one [`Program`], so that a city of a thousand colours still fills its
+//! lanes: the colours are read per lane.
+
+mod pattern;
+mod program;
+mod table;
+
+pub use pattern::PatternProgram;
+pub use program::{Colors, LayerProgram, PigmentProgram, Program};
+pub use table::{TextureBuilder, TextureRow, TextureTable};

@@ -1,0 +1,218 @@
+//! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
+
+use super::Colors;
+use crate::lane::{Lane, Mask, Vec3};
+use crate::scene::{BlockPattern, Color, ColorMap, Pattern, PigmentKind, Transform, Wave};
+use glam::{DMat3, DVec3};
+
+/// POV-Ray's nudge before a block pattern's floor, in pattern space: points on a cell's border that rounding put
+/// just below it count as on it.
+const BLOCK_EPSILON: f64 = 1e-10;
+/// POV-Ray folds pattern values at a little over 1, so that 1 itself is the map's end and not its start.
+const FOLD: f64 = 1.00001;
+
+/// A pattern in its place.
+#[derive(Debug, Clone)]
+pub struct PatternProgram {
+    /// From compiled space to the pattern's: `matrix * point + offset`.
+    matrix: DMat3,
+    offset: DVec3,
+    kind: PatternKind,
+}
+
+#[derive(Debug, Clone)]
+enum PatternKind {
+    Blocks { pattern: BlockPattern, colors: Vec<Color> },
+    Mapped { pattern: Pattern, wave: Wave, frequency: f64, phase: f64, map: ColorMap },
+}
+
+impl PatternProgram {
+    /// `kind` with its pattern space at `place` in the world; points come relative to `origin`.
+    pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3) -> Self {
+        let kind = match kind {
+            PigmentKind::Solid(color) => {
+                PatternKind::Blocks { pattern: BlockPattern::Checker, colors: vec![*color; 2] }
+            }
+            PigmentKind::Blocks { pattern, colors } => {
+                PatternKind::Blocks { pattern: *pattern, colors: colors.clone() }
+            }
+            PigmentKind::Mapped { pattern, wave, frequency, phase, map } => PatternKind::Mapped {
+                pattern: *pattern,
+                wave: *wave,
+                frequency: *frequency,
+                phase: *phase,
+                map: map.clone(),
+            },
+        };
+        Self { matrix: place.inverse.matrix3, offset: place.inverse.transform_point3(origin), kind }
+    }
+
+    /// Colours at `point` (compiled space).
+    pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors<L> {
+        let m = &self.matrix;
+        let row = |r: usize| {
+            point.x * L::lit(m.x_axis[r])
+                + point.y * L::lit(m.y_axis[r])
+                + point.z * L::lit(m.z_axis[r])
+                + L::lit(self.offset[r])
+        };
+        let p = Vec3::new(row(0), row(1), row(2));
+        match &self.kind {
+            PatternKind::Blocks { pattern: BlockPattern::Checker, colors } => {
+                let odd = checker_is_odd(p);
+                pick(odd, &colors[1], pick_one(&colors[0]))
+            }
+            PatternKind::Blocks { pattern: BlockPattern::Brick { size, mortar }, colors } => {
+                let in_mortar = brick_is_mortar(p, *size, *mortar);
+                pick(in_mortar, &colors[0], pick_one(&colors[1]))
+            }
+            PatternKind::Blocks { pattern: BlockPattern::Hexagon, colors } => {
+                let (second, third) = hexagon_cells(p);
+                pick(third, &colors[2], pick(second, &colors[1], pick_one(&colors[0])))
+            }
+            PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
+                let value = match pattern {
+                    Pattern::Gradient(direction) => gradient(p, *direction),
+                };
+                look_up(map, shape(value, *wave, *frequency, *phase))
+            }
+        }
+    }
+}
+
+fn pick_one<L: Lane>(color: &Color) -> Colors<L> {
+    Colors { rgb: Vec3::splat(color.rgb), filter: L::lit(color.filter), transmit: L::lit(color.transmit) }
+}
+
+fn pick<L: Lane>(mask: Mask<L>, yes: &Color, no: Colors<L>) -> Colors<L> {
+    let yes = pick_one(yes);
+    Colors {
+        rgb: Vec3::select(mask, yes.rgb, no.rgb),
+        filter: mask.select(yes.filter, no.filter),
+        transmit: mask.select(yes.transmit, no.transmit),
+    }
+}
+
+/// `v - n * floor(v / n)`.
+fn modulo<L: Lane>(v: L, n: f64) -> L {
+    v - (v / L::lit(n)).floor() * L::lit(n)
+}
+
+fn checker_is_odd<L: Lane>(p: Vec3<L>) -> Mask<L> {
+    let cells = p.map(|x| (x + L::lit(BLOCK_EPSILON)).floor());
+    let sum = cells.x + cells.y + cells.z;
+    modulo(sum, 2.0).gt(L::lit(0.5))
+}
+
+fn brick_is_mortar<L: Lane>(p: Vec3<L>, size: DVec3, mortar: f64) -> Mask<L> {
+    // POV-Ray keeps the mortar in single precision and takes two nudges off it.
+    let mortar = f64::from((mortar - 2.0 * BLOCK_EPSILON) as f32);
+    let p = p.map(|x| x + L::lit(BLOCK_EPSILON + mortar));
+    let fraction = |x: L| {
+        let f = x - x.trunc();
+        f.lt(L::zero()).select(f + L::lit(1.0), f)
+    };
+    let (x, y, z) = (p.x / L::lit(size.x), p.y / L::lit(size.y), p.z / L::lit(size.z));
+    let half = L::lit(0.5);
+    let thin = |value: L, length: f64| value.le(L::lit(mortar / length));
+    let even_row = fraction(y * half).gt(half);
+    let odd = thin(fraction(x), size.x) | thin(fraction(z + half), size.z);
+    let even = thin(fraction(x + half), size.x) | thin(fraction(z), size.z);
+    thin(fraction(y), size.y) | (even_row & even) | (!even_row & odd)
+}
+
+/// Lanes in the second and in the third colour.
+fn hexagon_cells<L: Lane>(p: Vec3<L>) -> (Mask<L>, Mask<L>) {
+    /// Half of a hexagon's height and the height of three rows, as POV-Ray rounds them.
+    const HALF_HEIGHT: f64 = 0.866025404;
+    const PERIOD: f64 = 5.196152424;
+    let x = p.x.abs();
+    let z = p.z.lt(L::zero()).select(L::lit(PERIOD) - p.z.abs(), p.z);
+    let x = modulo(x / L::lit(0.5), 6.0);
+    let z = modulo(z / L::lit(HALF_HEIGHT), 6.0);
+    let (column, row) = (x.floor(), z.floor());
+    let (x, z) = (x - column, z - row);
+    let column_in = |a: f64, b: f64| column.equal(L::lit(a)) | column.equal(L::lit(b));
+    let row_in = |a: f64, b: f64| row.equal(L::lit(a)) | row.equal(L::lit(b));
+    let (r12, r34) = (row_in(1.0, 2.0), row_in(3.0, 4.0));
+    let (s01, s23) = (row_in(0.0, 1.0), row_in(2.0, 3.0));
+    let edge = column_in(0.0, 5.0);
+    let middle = column_in(2.0, 3.0);
+    let slanted = column_in(1.0, 4.0);
+    // In slanted columns the border between two hexagons runs across the cell.
+    let odd = modulo(column + row, 2.0).gt(L::lit(0.5));
+    let x = odd.select(L::lit(1.0) - x, x);
+    let x = x.equal(L::zero()).select(L::lit(1e-4), x);
+    let below = (z / x).lt(L::lit(1.0));
+    let (t03, t25, t14) = (row_in(0.0, 3.0), row_in(2.0, 5.0), row_in(1.0, 4.0));
+    let second = (edge & r12) | (middle & s23) | (slanted & ((below & t25) | (!below & t14)));
+    let third = (edge & r34) | (middle & s01) | (slanted & ((below & t14) | (!below & t03)));
+    (second, third)
+}
+
+fn gradient<L: Lane>(p: Vec3<L>, direction: DVec3) -> L {
+    let r = p.dot(Vec3::splat(direction));
+    r.gt(L::lit(1.0)).select(r - r.trunc(), r)
+}
+
+/// Frequency, phase, folding into 0..1 and the wave form (povray's order).
+fn shape<L: Lane>(value: L, wave: Wave, frequency: f64, phase: f64) -> L {
+    let one = L::lit(1.0);
+    let v = value * L::lit(frequency) + L::lit(phase);
+    let v = v - (v / L::lit(FOLD)).trunc() * L::lit(FOLD);
+    let v = v.lt(L::zero()).select(v - v.floor(), v);
+    match wave {
+        Wave::Ramp => v,
+        Wave::Sine => (one + cycle(v)) * L::lit(0.5),
+        Wave::Triangle => {
+            let w = v - v.floor();
+            w.ge(L::lit(0.5)).select(one - w, w) * L::lit(2.0)
+        }
+        Wave::Scallop => cycle(v * L::lit(0.5)).abs(),
+        Wave::Cubic => v * v * (L::lit(3.0) - v * L::lit(2.0)),
+        Wave::Poly(exponent) => v.pow(L::lit(exponent)),
+    }
+}
+
+/// A sine of period 1.
+fn cycle<L: Lane>(v: L) -> L {
+    ((v - v.trunc()) * L::lit(std::f64::consts::TAU)).sin_cos().0
+}
+
+/// Entries are looked up by the first place not below the value; before the first and after the last they hold on.
+fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors<L> {
+    let Some((_, last)) = map.entries.last() else {
+        return pick_one(&Color::default());
+    };
+    let mut colors = pick_one(last);
+    // From the end, so that the first entry at or above the value has the last word.
+    for k in (0..map.entries.len()).rev() {
+        let (place, color) = &map.entries[k];
+        let below = value.le(L::lit(*place));
+        if k == 0 {
+            colors = pick(below, color, colors);
+            continue;
+        }
+        let (before, from) = &map.entries[k - 1];
+        let width = *place - *before;
+        let share = if width > 0.0 { (value - L::lit(*before)) / L::lit(width) } else { L::lit(1.0) };
+        let exact = value.equal(L::lit(*place));
+        let share = exact.select(L::lit(1.0), share);
+        let mix = |a: f64, b: f64| L::lit(a) + L::lit(b - a) * share;
+        let between = Colors {
+            rgb: Vec3::new(
+                mix(from.rgb.x, color.rgb.x),
+                mix(from.rgb.y, color.rgb.y),
+                mix(from.rgb.z, color.rgb.z),
+            ),
+            filter: mix(from.filter, color.filter),
+            transmit: mix(from.transmit, color.transmit),
+        };
+        colors = Colors {
+            rgb: Vec3::select(below, between.rgb, colors.rgb),
+            filter: below.select(between.filter, colors.filter),
+            transmit: below.select(between.transmit, colors.transmit),
+        };
+    }
+    colors
+}

@@ -1,0 +1,79 @@
+//! What a texture does at eight points.
+
+use super::{PatternProgram, TextureTable};
+use crate::lane::{LANES, Lane, Scalar, Vec3};
+use crate::scene::Finish;
+
+/// The layers of a texture, top layer first.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// Never empty.
+    pub layers: Vec<LayerProgram>,
+}
+
+/// One layer.
+#[derive(Debug, Clone)]
+pub struct LayerProgram {
+    /// Its answer to light.
+    pub finish: Finish,
+    /// Where its colours come from.
+    pub pigment: PigmentProgram,
+}
+
+/// Where a layer's colours come from.
+#[derive(Debug, Clone)]
+pub enum PigmentProgram {
+    /// From the texture's row: one colour.
+    Plain,
+    /// From the point.
+    Pattern(Box<PatternProgram>),
+}
+
+/// Eight colours with filter and transmit.
+#[derive(Debug, Clone, Copy)]
+pub struct Colors<L> {
+    /// Linear RGB.
+    pub rgb: Vec3<L>,
+    /// Share of light that passes tinted.
+    pub filter: L,
+    /// Share of light that passes untinted.
+    pub transmit: L,
+}
+
+impl<L: Lane> Colors<L> {
+    /// What the surface's own light is multiplied by.
+    #[inline(always)]
+    pub fn opacity(&self) -> L {
+        L::lit(1.0) - self.filter - self.transmit
+    }
+
+    /// What light from behind is multiplied by.
+    #[inline(always)]
+    pub fn transmittance(&self) -> Vec3<L> {
+        let t = self.transmit;
+        (self.rgb * self.filter).map(|c| c + t)
+    }
+}
+
+impl LayerProgram {
+    /// The colours of layer `layer` (0 on top) of eight textures that share this program, at `point` (compiled space).
+    pub fn colors<L: Lane>(
+        &self,
+        table: &TextureTable,
+        textures: &[u32; LANES],
+        layer: usize,
+        point: Vec3<L>,
+    ) -> Colors<L> {
+        match &self.pigment {
+            PigmentProgram::Pattern(pattern) => pattern.colors(point),
+            PigmentProgram::Plain => {
+                let color = |k: usize| &table.textures[textures[k] as usize].colors[layer];
+                Colors {
+                    rgb: Vec3::from_fn(|k| color(k).rgb),
+                    filter: L::from_fn(|k| L::Scalar::from_f64(color(k).filter)),
+                    transmit: L::from_fn(|k| L::Scalar::from_f64(color(k).transmit)),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! What the camera stands in: POV-Ray's rays start with the interiors of all solids around the eye.
+
+use super::medium::Media;
+use super::trace::Parts;
+use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, WithBlock};
+use crate::csg::Scratch;
+use crate::kernel::{Block, Rays};
+use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// Solids that a ray can be in to some effect, in order of declaration: kind, row and interior.
+#[derive(Debug, Default)]
+pub struct Enclosing(Vec<(u8, u32, u32)>);
+
+impl Enclosing {
+    /// The solids of `scene` whose insides rays can be in.
+    pub fn new<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Self {
+        let mut solids = Vec::new();
+        if scene.interiors.len() < 2 {
+            return Self::default();
+        }
+        let interior = |surface: u32| scene.owners[scene.owner[surface as usize] as usize].interior;
+        for &kind in Kind::ALL {
+            for row in 0..scene.columns.len(kind) as u32 {
+                let surface = scene.base[kind as usize] + row;
+                solids.push((scene.rank[surface as usize], kind as u8, row, interior(surface)));
+            }
+        }
+        for (number, composite) in scene.csg.composites.iter().enumerate() {
+            if composite.parts.is_empty() {
+                continue;
+            }
+            let surface = scene.first_part + composite.parts.start;
+            solids.push((scene.rank[surface as usize], COMPOSITE, number as u32, interior(surface)));
+        }
+        solids.retain(|&(.., interior)| interior != 0);
+        solids.sort_unstable();
+        Self(solids.into_iter().map(|(_, kind, row, interior)| (kind, row, interior)).collect())
+    }
+
+    /// The lists of interiors around eight points (compiled space).
+    pub fn media<S: Scalar, B: Scalar>(
+        &self,
+        scene: &Compiled<S, B>,
+        points: Vec3<f64x8>,
+        media: &mut Media,
+    ) -> [u32; LANES] {
+        if self.0.is_empty() {
+            return [0; LANES];
+        }
+        let mut lists: [SmallVec<[u32; 4]>; LANES] = Default::default();
+        // Any direction will do; one along no axis and in no plane of a usual scene meets the fewest special cases.
+        let dir = Vec3::splat(DVec3::new(0.36, 0.48, 0.8));
+        let rays = Rays { origin: points, dir };
+        let mut scratch = Scratch::default();
+        for &(kind, row, interior) in &self.0 {
+            let inside = if kind == COMPOSITE {
+                let source = Parts { scene, left: [NO_SURFACE; LANES], part: [0; LANES] };
+                scene.csg.contains_start(&scene.csg.composites[row as usize], &rays, &source, &mut scratch)
+            } else {
+                let narrow = |v: Vec3<f64x8>| {
+                    Vec3::new(S::Lane::from_f64s(v.x), S::Lane::from_f64s(v.y), S::Lane::from_f64s(v.z))
+                };
+                let rays = Rays { origin: narrow(points), dir: narrow(dir) };
+                let surface = scene.base[usize::from(kind)] + row;
+                let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
+                let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
+                if inverse { !inside } else { inside }
+            };
+            for (k, list) in lists.iter_mut().enumerate() {
+                if inside >> k & 1 == 1 {
+                    list.push(interior);
+                }
+            }
+        }
+        lists.map(|list| media.number(list))
+    }
+}
+
+/// Lanes whose start lies inside a primitive.
+struct Contains<'a, L> {
+    row: usize,
+    rays: &'a Rays<L>,
+}
+
+impl<S: Scalar> WithBlock<S> for Contains<'_, S::Lane> {
+    type Output = u8;
+
+    fn block<K: Block<S>>(self, block: &K) -> u8 {
+        let mut inside = block.starts_inside(self.row, self.rays).bits();
+        for &crossing in block.boundary(self.row, self.rays, None).as_ref() {
+            inside ^= crossing.lt(S::Lane::zero()).bits();
+        }
+        inside
+    }
+}

@@ -1,0 +1,102 @@
+//! What a ray travels in: POV-Ray's ordered list of the interiors it has entered and not left.
+//!
+//! Lists are few and rays many, so lists are kept once and rays carry a number. Number 0 is the empty list.
+
+use crate::scene::Interior;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// Lists of interiors by number, for one tile.
+#[derive(Debug, Default)]
+pub struct Media {
+    lists: Vec<SmallVec<[u32; 4]>>,
+    numbers: FxHashMap<SmallVec<[u32; 4]>, u32>,
+    crossings: FxHashMap<(u32, u32), Crossing>,
+}
+
+/// What happens to a ray's list at a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// The list behind the surface.
+    pub next: u32,
+    /// Index of refraction before over that behind: `sin` behind = `eta * sin` before.
+    pub eta: f64,
+    /// The ray was already in the interior: it leaves it now.
+    pub leaves: bool,
+    /// Index of refraction that Fresnel's formula takes, relative to what the ray is in.
+    pub fresnel_ior: f64,
+}
+
+impl Media {
+    /// The number of a list.
+    pub fn number(&mut self, list: SmallVec<[u32; 4]>) -> u32 {
+        if self.lists.is_empty() {
+            self.lists.push(SmallVec::new());
+            self.numbers.insert(SmallVec::new(), 0);
+        }
+        let next = self.lists.len() as u32;
+        let number = *self.numbers.entry(list.clone()).or_insert(next);
+        if number == next {
+            self.lists.push(list);
+        }
+        number
+    }
+
+    /// A ray in `list` meets a surface of `interior` (its number in `interiors`).
+    ///
+    /// Entering pushes. Leaving what was entered last pops. Leaving something else takes it out of the list and
+    /// bends nothing: the ray stays in what it entered last.
+    pub fn cross(&mut self, list: u32, interior: u32, interiors: &[Interior]) -> Crossing {
+        if let Some(&crossing) = self.crossings.get(&(list, interior)) {
+            return crossing;
+        }
+        let ior = |i: u32| interiors[i as usize].ior;
+        let own = ior(interior);
+        let mut entered = self.lists.get(list as usize).cloned().unwrap_or_default();
+        let last = entered.last().copied();
+        let place = entered.iter().rposition(|&i| i == interior);
+        let fresnel_ior = match (last, place) {
+            (None, _) => own,
+            (Some(last), Some(_)) => (if entered.len() == 1 { 1.0 } else { ior(last) }) / own,
+            (Some(last), None) => own / ior(last),
+        };
+        let eta = match (last, place) {
+            (_, Some(place)) if place + 1 == entered.len() => {
+                entered.pop();
+                own / entered.last().map_or(1.0, |&behind| ior(behind))
+            }
+            (_, Some(place)) => {
+                entered.remove(place);
+                1.0
+            }
+            (last, None) => {
+                entered.push(interior);
+                last.map_or(1.0, ior) / own
+            }
+        };
+        let crossing = Crossing { next: self.number(entered), eta, leaves: place.is_some(), fresnel_ior };
+        self.crossings.insert((list, interior), crossing);
+        crossing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlaps_bend_by_what_was_entered_last() {
+        let of = |ior| Interior { ior, ..Interior::default() };
+        let interiors = [of(1.0), of(1.5), of(1.2)];
+        let mut media = Media::default();
+        let glass = media.cross(0, 1, &interiors);
+        assert_eq!((glass.eta, glass.leaves), (1.0 / 1.5, false));
+        let both = media.cross(glass.next, 2, &interiors);
+        assert_eq!((both.eta, both.leaves), (1.5 / 1.2, false));
+        // Leaving the glass first: still in the other, nothing bends.
+        let other = media.cross(both.next, 1, &interiors);
+        assert_eq!((other.eta, other.leaves), (1.0, true));
+        let air = media.cross(other.next, 2, &interiors);
+        assert_eq!((air.eta, air.leaves, air.next), (1.2, true, 0));
+    }
+}

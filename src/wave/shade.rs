@@ -1,0 +1,494 @@
+//! Light at eight hits that share a texture program: local light into the sums, new rays into the queues
+//! (formulas as measured on POV-Ray 3.7: manual sections 3.4.6.3 finish, 3.4.6.5 interior).
+
+use super::hits::HitList;
+use super::light::{Incidence, LightProgram, grey, per_lane};
+use super::medium::{Crossing, Media};
+use super::queue::{Cargo, RayQueue, ShadowQueue, gather};
+use super::sums::Sums;
+use crate::compile::{Compiled, Owner};
+use crate::kernel::Rays;
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::scene::{Finish, Interior, Reflection, Rgb};
+use crate::texture::{Colors, Program};
+use smallvec::SmallVec;
+
+/// Light weaker than this in every channel is not followed (POV-Ray's figure; channels are of order 1).
+pub const NO_LIGHT: f64 = 1e-10;
+
+/// Where the shading of a batch puts what it makes.
+pub struct Emit<'a, S: Scalar> {
+    /// Sums of pixels.
+    pub sums: &'a mut Sums,
+    /// Reflected rays, and those of total internal reflection.
+    pub reflected: &'a mut RayQueue<S>,
+    /// Refracted rays, and those that go straight on.
+    pub refracted: &'a mut RayQueue<S>,
+    /// A queue a light.
+    pub shadows: &'a mut [ShadowQueue<S>],
+    /// The tile's interior lists.
+    pub media: &'a mut Media,
+}
+
+/// Eight hits with what the rays brought along.
+struct Hit<L> {
+    active: Mask<L>,
+    point: Vec3<L>,
+    /// Ray directions.
+    dir: Vec3<L>,
+    /// Unit normals on the ray's side.
+    normal: Vec3<L>,
+    /// Cosine between normal and ray, at least 0.
+    cos: L,
+    distance: L,
+    throughput: Vec3<L>,
+    weight: L,
+    share: L,
+    sink: [u32; LANES],
+    level: [u16; LANES],
+    medium: [u32; LANES],
+    interior: [u32; LANES],
+    double_illuminate: Mask<L>,
+    surface: [u32; LANES],
+    part: [u8; LANES],
+    textures: [u32; LANES],
+}
+
+/// A mirror ray that a layer asks for.
+struct Mirror<'a, L> {
+    lanes: Mask<L>,
+    factor: Vec3<L>,
+    weight: L,
+    finish: &'a Reflection,
+}
+
+/// Shades the hits `rows` (at most eight) of `hits`, which came from `rays` and all have the texture program `program`.
+pub fn shade<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    lights: &[LightProgram],
+    rays: &RayQueue<S>,
+    hits: &HitList<S>,
+    rows: &[u32],
+    emit: &mut Emit<S>,
+) {
+    let hit = load(scene, rays, hits, rows);
+    let program =
+        &scene.textures.programs[scene.textures.textures[hit.textures[0] as usize].program as usize];
+    let crossings = crossings(scene, program, &hit, emit.media);
+    let adc = S::Lane::lit(scene.globals.adc_bailout);
+    let one = S::Lane::lit(1.0);
+
+    let mut live = hit.active;
+    let mut local = Vec3::lit(0.0);
+    let mut filter = Vec3::lit(1.0);
+    let mut transmitted = one;
+    let answers = program.layers.iter().any(|layer| answers_light(&layer.finish));
+    let mut lamps: SmallVec<[Lamp<S::Lane>; 4]> = SmallVec::new();
+    if answers {
+        lamps.extend(lights.iter().map(|light| Lamp::new(light, &hit)));
+    }
+    let mut mirrors: SmallVec<[Mirror<S::Lane>; 1]> = SmallVec::new();
+    for (number, layer) in program.layers.iter().enumerate() {
+        live &= transmitted.gt(adc);
+        if live.none() {
+            break;
+        }
+        let finish = &layer.finish;
+        let colors = layer.colors(&scene.textures, &hit.textures, number, hit.point);
+        let opacity = colors.opacity();
+        let own = Vec3::splat(finish.ambient * scene.globals.ambient_light + finish.emission);
+        let mut lit = colors.rgb.mul(own) * opacity;
+        if answers_light(finish) {
+            for lamp in &mut lamps {
+                let part = direct_light(lamp, finish, &colors, opacity, &hit, scene.globals.irid_wavelength);
+                lamp.sum += Vec3::select(live, part.mul(filter), Vec3::lit(0.0));
+            }
+        }
+        lit = lit.mul(filter);
+        local += Vec3::select(live, lit, Vec3::lit(0.0));
+
+        let mut reflectivity = None;
+        if finish.reflection.is_some() {
+            let mirror = reflect_share(
+                finish,
+                &colors,
+                &hit,
+                &crossings,
+                transmitted,
+                live,
+                scene.globals.irid_wavelength,
+            );
+            reflectivity = Some(mirror.factor);
+            mirrors.push(mirror);
+        }
+        let mut through = colors.transmittance();
+        if let (true, Some(r)) = (finish.conserve_energy, reflectivity) {
+            through = through.mul(r.map(|r| (one - r).min(one)));
+        }
+        filter = Vec3::select(live, filter.mul(through), filter);
+        transmitted = live.select(grey(filter).abs().min(one), transmitted);
+    }
+
+    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active.bits());
+    for (number, lamp) in lamps.iter().enumerate() {
+        queue_light(lamp, number, &hit, emit);
+    }
+    let inside_out = transmit(scene, &hit, &crossings, filter, transmitted, emit);
+    for mirror in mirrors {
+        reflect(scene, &hit, mirror, inside_out, emit);
+    }
+}
+
+fn load<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    rays: &RayQueue<S>,
+    hits: &HitList<S>,
+    rows: &[u32],
+) -> Hit<S::Lane> {
+    // Lanes without a hit repeat the first one; nothing they make is kept.
+    let row: [u32; LANES] = std::array::from_fn(|k| rows.get(k).copied().unwrap_or(rows[0]));
+    let ray: [u32; LANES] = row.map(|r| hits.ray[r as usize]);
+    let owner: [Owner; LANES] = row.map(|r| scene.owners[hits.owner[r as usize] as usize]);
+    let dir = rays.geometry.dir.gather(&ray);
+    let normal = hits.normal.gather(&row);
+    let facing = normal.dot(dir);
+    let normal = Vec3::select(facing.gt(S::Lane::zero()), -normal, normal);
+    let share: S::Lane = gather(&hits.share, &row);
+    let mut double = 0;
+    for (k, owner) in owner.iter().enumerate() {
+        double |= u8::from(owner.double_illuminate) << k;
+    }
+    Hit {
+        active: Mask::first(rows.len()),
+        point: hits.point.gather(&row),
+        dir,
+        normal,
+        cos: facing.abs(),
+        distance: gather(&hits.t, &row),
+        throughput: rays.throughput.gather(&ray) * share,
+        weight: gather(&rays.weight, &ray),
+        share: gather::<S>(&rays.share, &ray) * share,
+        sink: ray.map(|r| rays.sink[r as usize]),
+        level: ray.map(|r| rays.level[r as usize]),
+        medium: ray.map(|r| rays.medium[r as usize]),
+        interior: owner.map(|o| o.interior),
+        double_illuminate: Mask::from_bits(double),
+        surface: row.map(|r| hits.surface[r as usize]),
+        part: row.map(|r| hits.part[r as usize]),
+        textures: row.map(|r| hits.texture[r as usize]),
+    }
+}
+
+/// What happens to each ray's list of interiors, if the program can see it at all.
+fn crossings<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    program: &Program,
+    hit: &Hit<S::Lane>,
+    media: &mut Media,
+) -> [Crossing; LANES] {
+    let none = Crossing { next: 0, eta: 1.0, leaves: false, fresnel_ior: 1.0 };
+    let opaque = hit.textures.iter().all(|&t| scene.textures.textures[t as usize].opaque);
+    if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
+        return [none; LANES];
+    }
+    std::array::from_fn(|k| media.cross(hit.medium[k], hit.interior[k], &scene.interiors))
+}
+
+/// A light as the hits see it, and what of it goes to the eye.
+struct Lamp<L> {
+    shadowless: bool,
+    incidence: Incidence<L>,
+    /// Cosine between normal and light.
+    cos: L,
+    /// Bright enough and before the surface, or behind it.
+    front: Mask<L>,
+    back: Mask<L>,
+    /// What all layers together send to the eye if nothing is in the way.
+    sum: Vec3<L>,
+}
+
+impl<L: Lane> Lamp<L> {
+    fn new(light: &LightProgram, hit: &Hit<L>) -> Self {
+        let incidence = light.at(hit.point);
+        let cos = hit.normal.dot(incidence.dir);
+        let bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & hit.active;
+        let front = cos.ge(L::lit(ALONG_SURFACE)) | hit.double_illuminate;
+        Self {
+            shadowless: light.shadowless,
+            incidence,
+            cos,
+            front: bright & front,
+            back: bright & !front,
+            sum: Vec3::lit(0.0),
+        }
+    }
+}
+
+/// POV-Ray's least cosine of light that still falls on the front.
+const ALONG_SURFACE: f64 = 1e-10;
+
+fn answers_light(finish: &Finish) -> bool {
+    finish.diffuse != 0.0 || finish.diffuse_back != 0.0 || finish.phong != 0.0 || finish.specular != 0.0
+}
+
+/// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
+fn direct_light<L: Lane>(
+    lamp: &Lamp<L>,
+    finish: &Finish,
+    colors: &Colors<L>,
+    opacity: L,
+    hit: &Hit<L>,
+    irid_wavelength: Rgb,
+) -> Vec3<L> {
+    let none = Vec3::lit(0.0);
+    let Lamp { incidence, cos, front: lit, .. } = lamp;
+    let (lit, cos) = (*lit, *cos);
+    let back = if finish.diffuse_back != 0.0 { lamp.back } else { Mask::none_set() };
+    if !(lit | back).any() {
+        return none;
+    }
+
+    let amount = lit.select(L::lit(finish.diffuse), back.keep(L::lit(finish.diffuse_back)));
+    let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow(L::lit(finish.brilliance)) };
+    let mut sum = colors.rgb * (slope * amount * opacity);
+
+    if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
+        let mut highlight = L::zero();
+        if finish.phong > 0.0 {
+            let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
+            let c = mirrored.dot(incidence.dir);
+            // POV-Ray leaves out what a large exponent makes invisible.
+            let least = if finish.phong_size >= 60.0 { 0.0008 } else { 0.0 };
+            let seen = c.gt(L::lit(least));
+            highlight += seen.keep(c.max(L::zero()).pow(L::lit(finish.phong_size)) * L::lit(finish.phong));
+        }
+        if finish.specular > 0.0 {
+            let half = incidence.dir - hit.dir;
+            let length = half.length();
+            let c = half.dot(hit.normal) / length;
+            let seen = length.gt(L::zero()) & c.gt(L::zero());
+            let c = seen.keep(c);
+            highlight += seen.keep(c.pow(L::lit(1.0 / finish.roughness)) * L::lit(finish.specular));
+        }
+        let highlight = lit.keep(highlight);
+        sum += match finish.metallic {
+            0.0 => Vec3::new(highlight, highlight, highlight),
+            metallic => metal(cos, colors, metallic) * highlight,
+        };
+    }
+    if finish.irid != 0.0 {
+        let path = cos.abs() + hit.cos;
+        sum = sum.mul(interference(finish, path, irid_wavelength));
+    }
+    let sum = sum.mul(incidence.light);
+    Vec3::select(lit | back, sum, none).map(|c| {
+        // A NaN would spoil its pixel for good.
+        c.equal(c).keep(c)
+    })
+}
+
+/// POV-Ray's tint of metallic highlights and reflections at the angle whose cosine is `cos`: white at grazing angles.
+fn metal<L: Lane>(cos: L, colors: &Colors<L>, metallic: f64) -> Vec3<L> {
+    let one = L::lit(1.0);
+    let cos = cos.min(one).max(-one);
+    let x = cos.acos().abs() / L::lit(std::f64::consts::FRAC_PI_2);
+    let d = x - L::lit(1.12);
+    let f = (L::lit(0.014567225) / (d * d) - L::lit(0.011612903)).min(one).max(L::zero());
+    let share = (one - f) * L::lit(metallic);
+    colors.rgb.map(|c| one + share * (c - one))
+}
+
+/// Thin-film interference over a path of `cos` towards the light plus `cos` towards the eye.
+fn interference<L: Lane>(finish: &Finish, path: L, wavelength: Rgb) -> Vec3<L> {
+    let phase = path * L::lit(std::f64::consts::TAU * finish.irid_thickness);
+    let channel = |w: f64| L::lit(1.0) + (phase / L::lit(w)).sin_cos().1 * L::lit(finish.irid);
+    Vec3::new(channel(wavelength.x), channel(wavelength.y), channel(wavelength.z))
+}
+
+/// How much of what a mirror ray sees comes back, and the weight of that ray.
+fn reflect_share<'a, L: Lane>(
+    finish: &'a Finish,
+    colors: &Colors<L>,
+    hit: &Hit<L>,
+    crossings: &[Crossing; LANES],
+    transmitted: L,
+    live: Mask<L>,
+    irid_wavelength: Rgb,
+) -> Mirror<'a, L> {
+    let reflection = &finish.reflection;
+    let (min, max) = (Vec3::splat(reflection.min), Vec3::splat(reflection.max));
+    let one = L::lit(1.0);
+    let weight = hit.weight * transmitted;
+    let between = |share: L| max * share + min * (one - share);
+    let (mut factor, weight) = if reflection.fresnel {
+        let f = fresnel(hit.cos, per_lane(|k| crossings[k].fresnel_ior));
+        let factor = between(f);
+        (factor, weight * factor.max_element())
+    } else {
+        let share = (one - hit.cos).max(L::zero());
+        let share = if reflection.falloff == 1.0 { share } else { share.pow(L::lit(reflection.falloff)) };
+        let most = reflection.max.max_element().max(reflection.min.max_element());
+        (between(share), weight * L::lit(most))
+    };
+    if reflection.metallic != 0.0 {
+        factor = factor.mul(metal(hit.cos, colors, reflection.metallic));
+    }
+    if finish.irid != 0.0 {
+        factor = factor.mul(interference(finish, hit.cos * L::lit(2.0), irid_wavelength));
+    }
+    Mirror { lanes: live, factor: Vec3::select(live, factor, Vec3::lit(0.0)), weight, finish: reflection }
+}
+
+/// Fresnel's reflectance of unpolarised light for a surface of relative index `ior` (Cook and Torrance 1982, A
+/// reflectance model for computer graphics, section on Fresnel); 1 beyond the critical angle.
+fn fresnel<L: Lane>(cos: L, ior: L) -> L {
+    let one = L::lit(1.0);
+    let square = ior * ior + cos * cos - one;
+    let g = square.max(L::zero()).sqrt();
+    let (minus, plus) = (g - cos, g + cos);
+    let a = minus / plus;
+    let b = (cos * plus - one) / (cos * minus + one);
+    let f = (a * a * (one + b * b) * L::lit(0.5)).min(one).max(L::zero());
+    square.gt(L::zero()).select(f, one)
+}
+
+/// Sends shadow rays for the light that could arrive.
+fn queue_light<S: Scalar>(lamp: &Lamp<S::Lane>, number: usize, hit: &Hit<S::Lane>, emit: &mut Emit<S>) {
+    let bright = lamp.sum.abs().max_element().gt(S::Lane::lit(NO_LIGHT)) & hit.active;
+    let lanes = bright.bits();
+    if lanes == 0 {
+        return;
+    }
+    let sum = lamp.sum.mul(hit.throughput);
+    if lamp.shadowless {
+        emit.sums.add(&hit.sink, sum, lanes);
+        return;
+    }
+    let Incidence { dir, distance, .. } = lamp.incidence;
+    let rays = Rays { origin: hit.point, dir };
+    emit.shadows[number].push(&rays, (hit.surface, hit.part), distance, sum, (hit.sink, hit.medium), lanes);
+}
+
+/// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
+/// of the last kind.
+fn transmit<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    hit: &Hit<S::Lane>,
+    crossings: &[Crossing; LANES],
+    filter: Vec3<S::Lane>,
+    transmitted: S::Lane,
+    emit: &mut Emit<S>,
+) -> Mask<S::Lane> {
+    let zero = S::Lane::zero();
+    let one = S::Lane::lit(1.0);
+    let through = transmitted.gt(S::Lane::lit(scene.globals.adc_bailout)) & hit.active;
+    let weight = hit.weight * filter.abs().max_element();
+    let deep = depth_left(scene, hit);
+    let seen = through & deep & weight.ge(S::Lane::lit(scene.globals.adc_bailout));
+    if through.none() {
+        return Mask::none_set();
+    }
+
+    let fade = fade_along(scene, hit, crossings);
+    let eta: S::Lane = per_lane(|k| crossings[k].eta);
+    // POV-Ray's bound for a surface that bends nothing.
+    let straight = (eta - one).abs().lt(S::Lane::lit(1e-10));
+    let k = one + eta * eta * (hit.cos * hit.cos - one);
+    let back = through & !straight & k.lt(zero);
+    let bent = hit.dir * eta + hit.normal * (eta * hit.cos - k.max(zero).sqrt());
+    let dir = Vec3::select(straight, hit.dir, bent.normalize());
+
+    let level =
+        |same: u8| -> [u16; LANES] { std::array::from_fn(|k| hit.level[k] + u16::from(same >> k & 1 == 0)) };
+    let rays = Rays { origin: hit.point, dir };
+    let cargo = Cargo {
+        throughput: hit.throughput.mul(fade).mul(filter),
+        weight,
+        share: hit.share * grey(fade) * transmitted,
+        sink: hit.sink,
+        level: level(straight.bits()),
+        medium: crossings.map(|c| c.next),
+    };
+    emit.refracted.push(&rays, hit.surface, hit.part, &cargo, (seen & !back).bits());
+
+    let mirrored = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
+    let rays = Rays { origin: hit.point, dir: mirrored };
+    let cargo = Cargo {
+        throughput: hit.throughput.mul(fade),
+        share: zero,
+        level: level(0),
+        medium: hit.medium,
+        ..cargo
+    };
+    emit.reflected.push(&rays, hit.surface, hit.part, &cargo, (seen & back).bits());
+    back
+}
+
+/// Lanes whose next ray may still be traced.
+fn depth_left<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, hit: &Hit<S::Lane>) -> Mask<S::Lane> {
+    let mut bits = 0;
+    for (k, level) in hit.level.iter().enumerate() {
+        bits |= u8::from(u32::from(*level) < scene.globals.max_trace_level) << k;
+    }
+    Mask::from_bits(bits)
+}
+
+/// What the interior that is left has taken of the light on the way through it.
+fn fade_along<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    hit: &Hit<S::Lane>,
+    crossings: &[Crossing; LANES],
+) -> Vec3<S::Lane> {
+    let mut fade = [Rgb::ONE; LANES];
+    let distance = hit.distance.to_array();
+    for (k, fade) in fade.iter_mut().enumerate() {
+        if crossings[k].leaves {
+            *fade = fade_over(&scene.interiors[hit.interior[k] as usize], distance[k].to_f64());
+        }
+    }
+    Vec3::from_fn(|k| fade[k])
+}
+
+/// Share of light left after `distance` in `interior` (manual section 3.4.6.5.4).
+pub fn fade_over(interior: &Interior, distance: f64) -> Rgb {
+    if interior.fade_distance == 0.0 {
+        return Rgb::ONE;
+    }
+    let depth = distance / interior.fade_distance;
+    if interior.fade_power >= 1000.0 {
+        return ((interior.fade_color - Rgb::ONE) * depth).exp();
+    }
+    interior.fade_color + (Rgb::ONE - interior.fade_color) / (1.0 + depth.powf(interior.fade_power))
+}
+
+/// Sends mirror rays.
+fn reflect<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    hit: &Hit<S::Lane>,
+    mirror: Mirror<S::Lane>,
+    inside_out: Mask<S::Lane>,
+    emit: &mut Emit<S>,
+) {
+    let some = mirror.factor.abs().max_element().gt(S::Lane::zero());
+    let heavy = mirror.weight.ge(S::Lane::lit(scene.globals.adc_bailout));
+    let lanes = (mirror.lanes & some & heavy & depth_left(scene, hit) & !inside_out).bits();
+    if lanes == 0 {
+        return;
+    }
+    let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
+    let rays = Rays { origin: hit.point, dir };
+    let mut cargo = Cargo {
+        throughput: hit.throughput.mul(mirror.factor),
+        weight: mirror.weight,
+        share: S::Lane::zero(),
+        sink: hit.sink,
+        level: hit.level.map(|level| level + 1),
+        medium: hit.medium,
+    };
+    if mirror.finish.exponent != 1.0 {
+        // What is seen is bent by a power before it is added: it needs a sum of its own.
+        cargo.sink = emit.sums.defer(&hit.sink, cargo.throughput, 1.0 / mirror.finish.exponent, lanes);
+        cargo.throughput = Vec3::lit(1.0);
+    }
+    emit.reflected.push(&rays, hit.surface, hit.part, &cargo, lanes);
+}

@@ -1,0 +1,313 @@
+//! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
+
+use crate::bvh::{Packet, Run, Stack, Visit, walk};
+use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, WithBlock};
+use crate::csg::{Best, PartRoots, Scratch};
+use crate::kernel::{Block, Left, Rays};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+
+/// Packets that walk the tree together.
+pub const GROUP: usize = 8;
+
+/// Eight rays and what is known of them so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Query<L> {
+    /// The rays.
+    pub rays: Rays<L>,
+    /// The surfaces they started on, or [`NO_SURFACE`].
+    pub left: [SurfaceId; LANES],
+    /// The parts of them.
+    pub part: [u8; LANES],
+    /// Hits at or before this do not count: the rounding of the start.
+    pub t_min: L,
+    /// The nearest hit so far, or how far to look.
+    pub t: L,
+    /// What was hit, or [`NO_SURFACE`].
+    pub surface: [SurfaceId; LANES],
+    /// Lanes that hold a ray.
+    pub lanes: u8,
+}
+
+/// The start of a ray that left a surface is off by a few roundings of its largest coordinate; what lies within that
+/// of the start is the start. (The surface left itself is not missed by this but by [`Left`].)
+const START_ROUNDINGS: f64 = 32.0;
+
+impl<L: Lane> Query<L> {
+    /// Rays up to distance `t_max`.
+    pub fn new(rays: Rays<L>, left: [SurfaceId; LANES], part: [u8; LANES], t_max: L, lanes: u8) -> Self {
+        let reach = rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
+        let mut free = 0;
+        for (k, left) in left.iter().enumerate() {
+            free |= u8::from(*left == NO_SURFACE) << k;
+        }
+        let t_min = Mask::from_bits(free).select(L::zero(), reach);
+        Self { rays, left, part, t_min, t: t_max, surface: [NO_SURFACE; LANES], lanes }
+    }
+
+    /// Lanes that have hit something.
+    pub fn hits(&self) -> u8 {
+        let mut bits = 0;
+        for (k, surface) in self.surface.iter().enumerate() {
+            bits |= u8::from(*surface != NO_SURFACE) << k;
+        }
+        bits & self.lanes
+    }
+}
+
+/// Buffers for tracing, one set a thread.
+#[derive(Default)]
+pub struct Tracer<B: Scalar> {
+    stack: Stack<B>,
+    packets: Vec<Packet<B>>,
+    scratch: Scratch,
+}
+
+impl<B: Scalar> Tracer<B> {
+    /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
+    pub fn nearest<S: Scalar>(&mut self, scene: &Compiled<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
+        self.trace::<S, false>(scene, queries, filter);
+    }
+
+    /// Whether anything is hit before `t`: in lanes where it is, `surface` names something hit (not the nearest).
+    pub fn occluded<S: Scalar>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        queries: &mut [Query<S::Lane>],
+        filter: u8,
+    ) {
+        self.trace::<S, true>(scene, queries, filter);
+    }
+
+    fn trace<S: Scalar, const ANY: bool>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        queries: &mut [Query<S::Lane>],
+        filter: u8,
+    ) {
+        let Self { stack, packets, scratch } = self;
+        let mut leaves = Leaves::<S, B, ANY> { scene, queries, filter, scratch };
+        for run in &scene.unbounded {
+            if run.class & filter != 0 {
+                for k in 0..leaves.queries.len() {
+                    leaves.run(run, k, !0);
+                }
+            }
+        }
+        packets.clear();
+        for query in leaves.queries.iter() {
+            let lanes = if ANY { query.lanes & !query.hits() } else { query.lanes };
+            packets.push(Packet::new(
+                &scene.bvh,
+                widen(query.rays.origin),
+                widen(query.rays.dir),
+                query.t.to_f64s(),
+                lanes,
+            ));
+        }
+        walk(&scene.bvh, packets, stack, &mut leaves);
+    }
+}
+
+fn widen<L: Lane>(v: Vec3<L>) -> Vec3<f64x8> {
+    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
+}
+
+/// What happens in the tree's leaves.
+struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
+    scene: &'a Compiled<S, B>,
+    queries: &'a mut [Query<S::Lane>],
+    filter: u8,
+    scratch: &'a mut Scratch,
+}
+
+impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
+    #[inline]
+    fn visit(&mut self, run: &Run, packet: usize, lanes: u8, state: &mut Packet<B>) {
+        let changed = self.run(run, packet, lanes & state.live());
+        if changed == 0 {
+            return;
+        }
+        let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(self.queries[packet].t.to_f64s()) };
+        state.far = Mask::from_bits(changed).select(far, state.far);
+    }
+
+    #[inline(always)]
+    fn wants(&self, class: u8) -> bool {
+        class & self.filter != 0
+    }
+}
+
+impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
+    /// Tests a run against one packet and returns the lanes whose hit changed.
+    #[inline]
+    fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        let query = &mut self.queries[packet];
+        let lanes = lanes & query.lanes;
+        if run.kind == COMPOSITE {
+            return composites::<S, B>(self.scene, run, query, lanes, self.scratch);
+        }
+        let base = self.scene.base[usize::from(run.kind)];
+        self.scene
+            .columns
+            .with(run.kind, TestRun { run, base, query, lanes, rank: &self.scene.rank, any: ANY })
+    }
+}
+
+/// The test of a run of one kind.
+struct TestRun<'a, L> {
+    run: &'a Run,
+    base: SurfaceId,
+    query: &'a mut Query<L>,
+    lanes: u8,
+    rank: &'a [u32],
+    any: bool,
+}
+
+impl<S: Scalar> WithBlock<S> for TestRun<'_, S::Lane> {
+    type Output = u8;
+
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) -> u8 {
+        let Self { run, base, query, lanes, rank, any } = self;
+        let first = base + run.first;
+        let starts_here = query.left.iter().any(|left| left.wrapping_sub(first) < run.len);
+        let mut changed = 0;
+        for row in run.first..run.first + run.len {
+            let surface = base + row;
+            let roots = if starts_here {
+                let mut on = 0u8;
+                for (k, left) in query.left.iter().enumerate() {
+                    on |= u8::from(*left == surface) << k;
+                }
+                block.roots(
+                    row as usize,
+                    &query.rays,
+                    Some(&Left { on: Mask::from_bits(on), part: query.part }),
+                )
+            } else {
+                block.roots(row as usize, &query.rays, None)
+            };
+            changed |= accept(query, roots.as_ref(), surface, lanes, rank);
+            if any && changed == lanes {
+                break;
+            }
+        }
+        changed
+    }
+}
+
+/// Takes the first of `roots` (rising) that lies beyond `t_min`, where it is nearer than what is known.
+#[inline(always)]
+fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes: u8, rank: &[u32]) -> u8 {
+    let mut t = L::lit(f64::INFINITY);
+    for &root in roots.iter().rev() {
+        t = root.gt(query.t_min).select(root, t);
+    }
+    // `t` of a miss is infinite and so may be the limit: strictly less, or equal to a hit.
+    let mut nearer = t.lt(query.t).bits() & lanes;
+    let mut ties = t.equal(query.t).bits() & lanes;
+    while ties != 0 {
+        let lane = ties.trailing_zeros() as usize;
+        ties &= ties - 1;
+        // Two surfaces at one place: the one declared first is seen.
+        let other = query.surface[lane];
+        if other != NO_SURFACE && rank[surface as usize] < rank[other as usize] {
+            nearer |= 1 << lane;
+        }
+    }
+    if nearer != 0 {
+        query.t = Mask::from_bits(nearer).select(t, query.t);
+        for (k, hit) in query.surface.iter_mut().enumerate() {
+            if nearer >> k & 1 == 1 {
+                *hit = surface;
+            }
+        }
+    }
+    nearer
+}
+
+/// Tests a run of composites.
+fn composites<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    run: &Run,
+    query: &mut Query<S::Lane>,
+    lanes: u8,
+    scratch: &mut Scratch,
+) -> u8 {
+    // Constructive geometry is done in double precision in every mode.
+    let rays = Rays { origin: widen(query.rays.origin), dir: widen(query.rays.dir) };
+    let source = Parts { scene, left: query.left, part: query.part };
+    let t_min = query.t_min.to_f64s();
+    let mut best = Best {
+        t: query.t.to_f64s(),
+        surface: query.surface,
+        first_part: scene.first_part,
+        rank: &scene.rank,
+    };
+    let mut changed = 0;
+    for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
+        changed |= scene.csg.nearest(composite, &rays, (lanes, t_min), &source, scratch, &mut best);
+    }
+    query.surface = best.surface;
+    query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+    changed
+}
+
+/// Crossings of composites' parts.
+pub struct Parts<'a, S: Scalar, B: Scalar> {
+    /// Where the parts are.
+    pub scene: &'a Compiled<S, B>,
+    /// The surfaces the rays started on.
+    pub left: [SurfaceId; LANES],
+    /// The parts of them.
+    pub part: [u8; LANES],
+}
+
+impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
+    #[inline]
+    fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8) {
+        let surface = self.scene.first_part + part;
+        let mut on = 0u8;
+        for (k, left) in self.left.iter().enumerate() {
+            on |= u8::from(*left == surface) << k;
+        }
+        let left = Left { on: Mask::from_bits(on), part: self.part };
+        let part = &self.scene.csg.parts[part as usize];
+        self.scene
+            .parts
+            .with(part.kind, RootsOf { row: part.row as usize, rays, left: (on != 0).then_some(&left), out })
+    }
+}
+
+struct RootsOf<'a> {
+    row: usize,
+    rays: &'a Rays<f64x8>,
+    left: Option<&'a Left<f64x8>>,
+    out: &'a mut Vec<f64x8>,
+}
+
+impl WithBlock<f64> for RootsOf<'_> {
+    type Output = (usize, u8);
+
+    #[inline(always)]
+    fn block<K: Block<f64>>(self, block: &K) -> (usize, u8) {
+        let Self { row, rays, left, out } = self;
+        out.extend_from_slice(block.roots(row, rays, left).as_ref());
+        if K::SKIN_IS_PARTIAL {
+            out.extend_from_slice(block.boundary(row, rays, left).as_ref());
+        }
+        (K::ROOTS, block.starts_inside(row, rays).bits())
+    }
+}
+
+/// The kind and row of a surface, and whether it is part of a composite.
+pub fn locate<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> (u8, u32, bool) {
+    if surface >= scene.first_part {
+        let part = &scene.csg.parts[(surface - scene.first_part) as usize];
+        return (part.kind, part.row, true);
+    }
+    // The last kind whose base is not above: absent kinds share the base of the next one.
+    let kind = scene.base.partition_point(|&base| base <= surface) - 1;
+    debug_assert!(kind < Kind::ALL.len());
+    (kind as u8, surface - scene.base[kind], false)
+}
