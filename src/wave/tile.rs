@@ -115,7 +115,8 @@ where
                 for lane in (0..LANES).filter(|lane| missed >> lane & 1 == 1) {
                     let row = first + lane;
                     let light = scene.background.rgb * rays.throughput.row(row);
-                    self.sums.miss(rays.sink[row], light, rays.share[row].to_f64());
+                    let share = rays.share[row].to_f64() * scene.background.transmit;
+                    self.sums.miss(rays.sink[row], light, share);
                 }
                 self.hits.push(scene, first, query);
             }
