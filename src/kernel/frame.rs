@@ -131,6 +131,15 @@ impl<S: Scalar> Frames<S> {
         around(center, half + self.defect(i, &forward, DVec3::ONE))
     }
 
+    /// A world box around the own-space disc across the z axis at height `z`.
+    pub fn disc_bounds(&self, i: usize, z: f64, radius: f64) -> Aabb {
+        let (center, forward) = (self.center_of(i), self.forward_of(i));
+        let half =
+            DVec3::from_array(std::array::from_fn(|k| forward.x_axis[k].hypot(forward.y_axis[k]))) * radius;
+        let defect = self.defect(i, &forward, DVec3::new(radius, radius, z.abs()));
+        around(center + forward.z_axis * z, half + defect)
+    }
+
     /// How far the shape can lie from where the forward map puts it, for own points within `reach` per axis.
     ///
     /// Rays see the shape through the rounded `M`, the box comes from the rounded inverse `F`. With `R = M F - 1`,

@@ -10,19 +10,25 @@
 
 mod aabb;
 mod aabox;
+mod cone;
+mod disc;
 mod ellipsoid;
 mod frame;
 mod obox;
 mod plane;
+mod polygon;
 mod slab;
 mod sphere;
 mod triangle;
 
 pub use aabb::Aabb;
 pub use aabox::Boxes;
+pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
+pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
 pub use obox::OrientedBoxes;
 pub use plane::Planes;
+pub use polygon::Polygons;
 pub use sphere::Spheres;
 pub use triangle::{SmoothTriangles, Triangles};
 

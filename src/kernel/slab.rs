@@ -17,11 +17,33 @@ pub(super) struct Slabs<L> {
 /// A ray within the plane of a face, parallel to the axis' slab, gives NaN there (0 times infinity); the callers
 /// order their operands so that NaN loses, which makes the slab closed. A component -0 counts as +0.
 #[inline(always)]
-fn slab<L: Lane>(min: L, max: L, origin: L, dir: L) -> (L, L) {
+pub(super) fn slab<L: Lane>(min: L, max: L, origin: L, dir: L) -> (L, L) {
     let inv = L::lit(1.0) / (dir + L::zero());
     let (low, high) = ((min - origin) * inv, (max - origin) * inv);
     let backward = inv.lt(L::zero());
     (backward.select(high, low), backward.select(low, high))
+}
+
+/// [`slab`] for lanes that start on a solid within it: the lanes `on_face` start on the low or the high face, where
+/// `t` is then exactly 0; the lanes `on` start somewhere in the closed slab, whatever rounding says.
+///
+/// `noise` bounds the rounding of `dir`: a ray closer to the plane of its face than that touches the slab at its
+/// start only.
+pub(super) fn slab_left<L: Lane>(
+    [min, max]: [L; 2],
+    origin: L,
+    dir: L,
+    noise: L,
+    on_face: [Mask<L>; 2],
+    on: Mask<L>,
+) -> [L; 2] {
+    let zero = L::zero();
+    let [low, high] = on_face;
+    let origin = low.select(min, high.select(max, origin));
+    let (enter, leave) = slab(min, max, origin, dir);
+    let sliding = (low | high) & dir.abs().le(noise);
+    let (enter, leave) = (on.select(enter.min(zero), enter), on.select(leave.max(zero), leave));
+    [sliding.select(zero, enter), sliding.select(zero, leave)]
 }
 
 /// Where a convex body is entered and left, NaN where the interval is empty or the ray is not one (a NaN or
@@ -60,26 +82,18 @@ impl<L: Lane> Slabs<L> {
     /// in it, and touches the box at its start only.
     #[cold]
     pub fn crossings_left(&self, rays: &Rays<L>, left: &Left<L>, noise: Vec3<L>) -> [L; 2] {
-        let zero = L::zero();
         let (mut near, mut far) = (L::lit(f64::NEG_INFINITY), L::lit(f64::INFINITY));
         let (min, max) = ([self.min.x, self.min.y, self.min.z], [self.max.x, self.max.y, self.max.z]);
         let (o, d) = ([rays.origin.x, rays.origin.y, rays.origin.z], [rays.dir.x, rays.dir.y, rays.dir.z]);
         let noise = [noise.x, noise.y, noise.z];
-        let mut sliding = Mask::none_set();
         for axis in 0..3 {
-            let (low, high) = (left.on_part(2 * axis as u8), left.on_part(2 * axis as u8 + 1));
-            // The start is on the face: there the difference is exactly 0, so is `t`.
-            let origin = low.select(min[axis], high.select(max[axis], o[axis]));
-            let (mut enter, mut leave) = slab(min[axis], max[axis], origin, d[axis]);
-            // It is within the closed box, whatever rounding says.
-            enter = left.on.select(enter.min(zero), enter);
-            leave = left.on.select(leave.max(zero), leave);
-            sliding |= (low | high) & d[axis].abs().le(noise[axis]);
+            let on_face = [left.on_part(2 * axis as u8), left.on_part(2 * axis as u8 + 1)];
+            let [enter, leave] =
+                slab_left([min[axis], max[axis]], o[axis], d[axis], noise[axis], on_face, left.on);
             near = enter.max(near);
             far = leave.min(far);
         }
-        let [near, far] = interval(near, far, rays);
-        [sliding.select(zero, near), sliding.select(zero, far)]
+        interval(near, far, rays)
     }
 
     /// The face, its outward normal and the point on it for hits at `t`. Parts are 0 to 5: -x, +x, -y, +y, -z, +z.

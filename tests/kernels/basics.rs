@@ -29,6 +29,13 @@ fn check<S: Scalar, B: Block<S>>(
     assert!(b.min.cmple(s.point.lane(0)).all() && s.point.lane(0).cmple(b.max).all());
 }
 
+/// Whether a ray's line begins inside primitive 0, and where that changes.
+fn inner<S: Scalar, B: Block<S>>(block: &B, rays: &Rays<S::Lane>) -> (bool, Vec<f64>) {
+    let changes = block.boundary(0, rays, None);
+    let changes = changes.as_ref().iter().map(|t| t.to_array()[0].to_f64()).filter(|t| !t.is_nan());
+    (block.starts_inside(0, rays).all(), changes.collect())
+}
+
 fn shapes<S: Scalar>() {
     let down_z = ([0.0, 0.0, -4.0], [0.0, 0.0, 1.0]);
     let stretched = Transform::scale(DVec3::new(1.0, 1.0, 2.0)).then(&Transform::translate(DVec3::Z));
@@ -70,6 +77,40 @@ fn shapes<S: Scalar>() {
     let mut smooth = SmoothTriangles::<S>::default();
     smooth.push(corners, [DVec3::X, DVec3::X, DVec3::X]);
     check(&smooth, down_z, &[4.0], [1.0, 0.0, 0.0], 0);
+
+    let outline = |h: f64| [[-h, -h], [h, -h], [h, h], [-h, h]].map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    let mut polygons = Polygons::<S>::default();
+    polygons.push(&[outline(1.0), outline(0.5)]);
+    check(&polygons, ([0.75, 0.0, -4.0], down_z.1), &[4.0], [0.0, 0.0, 1.0], 0);
+    assert_eq!(crossings(&polygons, 0, &ray(down_z.0, down_z.1), None), [0.0; 0]);
+
+    let mut discs = Discs::<S>::default();
+    discs.push(&stretched, DVec3::ZERO, DVec3::Z, 2.0, 0.5);
+    check(&discs, ([1.0, 0.0, -4.0], down_z.1), &[5.0], [0.0, 0.0, 1.0], 0);
+    assert_eq!(crossings(&discs, 0, &ray(down_z.0, down_z.1), None), [0.0; 0]);
+    assert_eq!(inner(&discs, &ray(down_z.0, down_z.1)), (true, vec![5.0]));
+
+    let across = ([-4.0, 0.0, 0.5], [1.0, 0.0, 0.0]);
+    let mut cylinders = Cylinders::<S>::default();
+    cylinders.push(&Transform::IDENTITY, (DVec3::ZERO, 2.0), (DVec3::Z, 2.0));
+    check(&cylinders, down_z, &[4.0, 5.0], [0.0, 0.0, -1.0], 1);
+    check(&cylinders, across, &[2.0, 6.0], [-1.0, 0.0, 0.0], 0);
+
+    let mut cones = ClosedCones::<S>::default();
+    cones.push(&Transform::IDENTITY, (DVec3::Z, 0.0), (DVec3::ZERO, 2.0));
+    check(&cones, down_z, &[4.0, 5.0], [0.0, 0.0, -1.0], 1);
+    assert_eq!(crossings(&cones, 0, &ray(across.0, across.1), None), [3.0, 5.0]);
+
+    let mut open = OpenCylinders::<S>::default();
+    open.push(&Transform::IDENTITY, (DVec3::ZERO, 2.0), (DVec3::Z, 2.0));
+    check(&open, across, &[2.0, 6.0], [-1.0, 0.0, 0.0], 0);
+    assert_eq!(crossings(&open, 0, &ray(down_z.0, down_z.1), None), [0.0; 0]);
+    assert_eq!(inner(&open, &ray(down_z.0, down_z.1)), (false, vec![4.0, 5.0]));
+
+    let mut open = OpenCones::<S>::default();
+    open.push(&Transform::IDENTITY, (DVec3::ZERO, 2.0), (DVec3::Z * 2.0, 0.0));
+    assert_eq!(crossings(&open, 0, &ray([1.0, 0.0, -4.0], down_z.1), None), [5.0]);
+    assert_eq!(inner(&open, &ray([1.0, 0.0, -4.0], down_z.1)), (false, vec![4.0, 5.0]));
 }
 
 #[test]
