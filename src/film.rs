@@ -20,7 +20,8 @@ pub struct Film {
 pub struct Pixel {
     /// Linear red, green and blue.
     pub rgb: [f32; 3],
-    /// Share of the background seen, 0 (covered) to 1 (nothing hit); alpha is `1 - transmit`.
+    /// What of the pixel is not covered, 0 to 1: the share of the background that is seen, times the background's own
+    /// `transmit`. Alpha is `1 - transmit`.
     pub transmit: f32,
 }
 

@@ -6,7 +6,7 @@ use super::scene::{SceneArgs, load};
 use super::stats::Stats;
 use clap::ValueEnum;
 use octray::film::Film;
-use octray::image_io::{self, Alpha, Encoding, Format};
+use octray::image_io::{self, Encoding, Format};
 use octray::render::{Engine, Precision, RenderOptions, render};
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
@@ -152,7 +152,7 @@ impl Args {
             } else {
                 self.file_gamma
             },
-            alpha: self.alpha.then_some(Alpha { background_transmit: scene.background.transmit }),
+            alpha: self.alpha,
         }
     }
 }

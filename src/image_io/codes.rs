@@ -1,13 +1,13 @@
 //! Pixels to rows of integer codes or floats: the part that all formats share.
 
-use super::{Alpha, Encoding};
+use super::Encoding;
 use crate::film::{Film, Pixel};
 use crate::transfer::quantise;
 
 /// Interleaved 8 or 16-bit codes, 3 channels a pixel or 4 with alpha; 16-bit ones big-endian, as PNG and PPM hold
 /// them.
 pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
-    let channels = if encoding.alpha.is_some() { 4 } else { 3 };
+    let channels = if encoding.alpha { 4 } else { 3 };
     let mut bytes = Vec::with_capacity(film.pixels.len() * channels * if encoding.deep { 2 } else { 1 });
     let mut put = |code: f64| {
         if encoding.deep {
@@ -17,7 +17,7 @@ pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
         }
     };
     for pixel in &film.pixels {
-        let alpha = encoding.alpha.map(|a| a.of(pixel));
+        let alpha = encoding.alpha.then(|| alpha_of(pixel));
         for value in pixel.rgb {
             put(encoding.transfer.encode(unassociated(f64::from(value), alpha)));
         }
@@ -29,11 +29,11 @@ pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
 }
 
 /// Interleaved linear floats, 3 channels a pixel or 4 with associated alpha.
-pub(super) fn float_codes(film: &Film, alpha: Option<Alpha>) -> Vec<f32> {
+pub(super) fn float_codes(film: &Film, alpha: bool) -> Vec<f32> {
     let mut values = Vec::with_capacity(film.pixels.len() * 4);
     for pixel in &film.pixels {
         values.extend_from_slice(&pixel.rgb);
-        values.extend(alpha.map(|a| a.of(pixel) as f32));
+        values.extend(alpha.then(|| alpha_of(pixel) as f32));
     }
     values
 }
@@ -47,9 +47,7 @@ fn unassociated(value: f64, alpha: Option<f64>) -> f64 {
     }
 }
 
-impl Alpha {
-    /// The pixel's alpha, 0 to 1.
-    pub(super) fn of(self, pixel: &Pixel) -> f64 {
-        (1.0 - f64::from(pixel.transmit) * self.background_transmit).clamp(0.0, 1.0)
-    }
+/// The pixel's alpha, 0 to 1.
+fn alpha_of(pixel: &Pixel) -> f64 {
+    (1.0 - f64::from(pixel.transmit)).clamp(0.0, 1.0)
 }

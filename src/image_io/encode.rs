@@ -18,7 +18,7 @@ const JPEG_QUALITY: u8 = 95;
 pub fn encode(film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
     // What the format cannot hold is dropped here, once, instead of being a case below.
     let encoding = &Encoding {
-        alpha: encoding.alpha.filter(|_| matches!(encoding.format, Format::Png | Format::Exr)),
+        alpha: encoding.alpha && matches!(encoding.format, Format::Png | Format::Exr),
         deep: encoding.deep && matches!(encoding.format, Format::Png | Format::Ppm),
         ..*encoding
     };
@@ -28,7 +28,7 @@ pub fn encode(film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
         Format::Png => png::write(&mut file, film, encoding)?,
         Format::Exr => {
             let values = float_codes(film, encoding.alpha);
-            let color = if encoding.alpha.is_some() { Rgba32F } else { Rgb32F };
+            let color = if encoding.alpha { Rgba32F } else { Rgb32F };
             image::codecs::openexr::OpenExrEncoder::new(&mut file)
                 .write_image(bytemuck::cast_slice(&values), width, height, color)
                 .map_err(failed)?;

@@ -64,18 +64,9 @@ pub struct Encoding {
     pub deep: bool,
     /// The curve of integer formats; float formats are linear whatever it says.
     pub transfer: Transfer,
-    /// Write alpha (PNG, EXR), as POV-Ray's `+UA`. See [`Alpha`].
-    pub alpha: Option<Alpha>,
-}
-
-/// Alpha output: a pixel's alpha is `1 - transmit * background_transmit`.
-///
-/// PNG holds the colour divided by alpha, EXR the colour as it is ("associated" alpha, as its standard says).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Alpha {
-    /// The background colour's own `transmit`: 1 for a scene without `background`. As in POV-Ray 3.7 a background
-    /// that is given without `transmit` is opaque, and so is the picture.
-    pub background_transmit: f64,
+    /// Write alpha, `1 - transmit` (PNG, EXR), as POV-Ray's `+UA`. PNG holds the colour divided by alpha, EXR the colour as
+    /// it is ("associated" alpha, as its standard says).
+    pub alpha: bool,
 }
 
 /// Why a picture could not be read or written.

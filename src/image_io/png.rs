@@ -11,7 +11,7 @@ pub(super) fn write(file: &mut impl Write, film: &Film, encoding: &Encoding) -> 
     let failed = |error: png::EncodingError| ImageError::Encode(error.to_string());
     let side = |pixels: usize| u32::try_from(pixels).map_err(|e| ImageError::Encode(e.to_string()));
     let mut encoder = png::Encoder::new(file, side(film.width)?, side(film.height)?);
-    encoder.set_color(if encoding.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_color(if encoding.alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(if encoding.deep { BitDepth::Sixteen } else { BitDepth::Eight });
     match encoding.transfer {
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),

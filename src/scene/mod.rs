@@ -33,8 +33,8 @@ pub struct Scene {
     pub camera: Camera,
     /// Scene-wide settings.
     pub globals: Globals,
-    /// What a ray sees that hits nothing: `rgb * (1 - transmit)`. With alpha output `transmit` is how much of nothing shows:
-    /// 1 for a scene that gives no background.
+    /// What a ray sees that hits nothing. `rgb` is the light as it is seen: the evaluator has dimmed the colour given by
+    /// `1 - transmit`, as POV-Ray does. `transmit` counts for alpha alone, and is 1 for a scene that gives no background.
     pub background: Color,
     /// In order of declaration.
     pub lights: Vec<Light>,
