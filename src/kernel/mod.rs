@@ -17,8 +17,10 @@ mod frame;
 mod obox;
 mod plane;
 mod polygon;
+mod quartic;
 mod slab;
 mod sphere;
+mod torus;
 mod triangle;
 
 pub use aabb::Aabb;
@@ -30,6 +32,7 @@ pub use obox::OrientedBoxes;
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use sphere::Spheres;
+pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles};
 
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};

@@ -1,7 +1,7 @@
 //! One plain ray per shape, in numbers that are exact in both precisions.
 
 use crate::support::{crossings, left_part, ray, surface};
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use octray::kernel::*;
 use octray::lane::{Lane, Scalar};
 use octray::scene::Transform;
@@ -89,6 +89,13 @@ fn shapes<S: Scalar>() {
     check(&discs, ([1.0, 0.0, -4.0], down_z.1), &[5.0], [0.0, 0.0, 1.0], 0);
     assert_eq!(crossings(&discs, 0, &ray(down_z.0, down_z.1), None), [0.0; 0]);
     assert_eq!(inner(&discs, &ray(down_z.0, down_z.1)), (true, vec![5.0]));
+
+    let mut tori = Tori::<S>::default();
+    let swap_yz = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+    tori.push(&Transform::from_affine(DAffine3::from_mat3(swap_yz)).unwrap(), 3.0, 1.0);
+    check(&tori, ([3.0, 0.0, -4.0], down_z.1), &[3.0, 5.0], [0.0, 0.0, -1.0], 0);
+    check(&tori, ([-8.0, 0.0, 0.0], [1.0, 0.0, 0.0]), &[4.0, 6.0, 10.0, 12.0], [-1.0, 0.0, 0.0], 0);
+    assert_eq!(crossings(&tori, 0, &ray(down_z.0, down_z.1), None), [0.0; 0]);
 
     let across = ([-4.0, 0.0, 0.5], [1.0, 0.0, 0.0]);
     let mut cylinders = Cylinders::<S>::default();

@@ -1,0 +1,158 @@
+//! Roots of cubics and quartics whose coefficients are of the order of 1, eight at a time, always in f64.
+//!
+//! What comes out is good to the square root of a rounding at worst (a double root) and is meant to be polished on
+//! the shape itself.
+
+use crate::lane::{Lane, f64x8};
+
+/// Two roots, `middle - sqrt(square)` and `middle + sqrt(square)`: none if `square` is negative or NaN.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    /// Half their sum.
+    pub middle: f64x8,
+    /// The square of half their distance.
+    pub square: f64x8,
+}
+
+/// The largest real root of `x^3 - 3 m x - 2 n`.
+pub(super) fn largest_cubic_root(m: f64x8, n: f64x8) -> f64x8 {
+    let (zero, one) = (f64x8::zero(), f64x8::lit(1.0));
+    let discriminant = n * n - m * m * m;
+    let three = discriminant.lt(zero);
+    // Three real roots: 2 sqrt(m) cos(arccos(z) / 3). The half angle's cosine w avoids the infinite slope at z = -1,
+    // where the largest root is double, and solving 4 C^3 - 3 C = w for C = cos(angle / 6), 0.86 to 1, replaces the
+    // arc cosine: from a cubic that is right to 2e-4, two Newton steps are right to the last bits.
+    let root_m = m.sqrt();
+    let w = ((n / (m * root_m) + one) * f64x8::lit(0.5)).max(zero).min(one).sqrt();
+    let mut c =
+        ((w * f64x8::lit(0.0098) - f64x8::lit(0.0425)) * w + f64x8::lit(0.1667)) * w + f64x8::lit(0.8660254);
+    for _ in 0..2 {
+        let cc = c * c;
+        c -= (c * (cc * f64x8::lit(4.0) - f64x8::lit(3.0)) - w) / (cc * f64x8::lit(12.0) - f64x8::lit(3.0));
+    }
+    let trigonometric = root_m * (c * c * f64x8::lit(4.0) - f64x8::lit(2.0));
+    if three.all() {
+        return trigonometric;
+    }
+    // One real root, by Cardano: the cube root whose radicand does not cancel, and m over it.
+    let cube = (n.abs() + discriminant.max(zero).sqrt()).cbrt();
+    let cardano = cube.gt(zero).keep((cube + m / cube).copysign(n));
+    three.select(trigonometric, cardano)
+}
+
+/// The real roots of `s^4 + p s^2 + q s + c`, in two pairs: the lower two and the upper two where all are real.
+///
+/// Ferrari's factors `(s^2 + a s + b1) (s^2 - a s + b2)` with the largest root `a^2` of the resolvent, which belongs
+/// to neighbouring roots and is then simple where the quartic has a double root at an end.
+pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8) -> [Pair; 2] {
+    let (zero, half) = (f64x8::zero(), f64x8::lit(0.5));
+    // Resolvent y^3 + 2 p y^2 + k y - q^2, and the same in x = y + 2 p / 3.
+    let k = p * p - c * f64x8::lit(4.0);
+    let m = p * p * f64x8::lit(1.0 / 9.0) + c * f64x8::lit(4.0 / 3.0);
+    let n = p * (p * p * f64x8::lit(1.0 / 27.0) - c * f64x8::lit(4.0 / 3.0)) + q * q * half;
+    let two_p = p + p;
+    let mut y = (largest_cubic_root(m, n) - two_p * f64x8::lit(1.0 / 3.0)).max(zero);
+    for _ in 0..2 {
+        // The subtraction above cancels where y is small; the resolvent itself does not.
+        let value = ((y + two_p) * y + k) * y - q * q;
+        let slope = (y * f64x8::lit(3.0) + two_p * f64x8::lit(2.0)) * y + k;
+        let next = y - value / slope;
+        // False on NaN: at a double root the step is 0/0, and y stays.
+        y = (next.ge(zero) & next.le(y + y + q.abs())).select(next, y);
+    }
+    let a = y.sqrt();
+    let sum = p + y; // b1 + b2
+    // b2 - b1, from the factors' product at s^1, or, where a may vanish (c < 0), from b1 b2 = c without cancelling.
+    let difference = c.lt(zero).select((sum * sum - c * f64x8::lit(4.0)).sqrt().copysign(q), q / a);
+    let quarter = y * f64x8::lit(0.25);
+    [
+        Pair { middle: -(a * half), square: quarter - (sum - difference) * half },
+        Pair { middle: a * half, square: quarter - (sum + difference) * half },
+    ]
+}
+
+/// The real roots of `s^3 + b s^2 + c s + d`: the one farthest from their mean, and the other two.
+pub(super) fn cubic(b: f64x8, c: f64x8, d: f64x8) -> (f64x8, Pair) {
+    let third = b * f64x8::lit(1.0 / 3.0);
+    let m = third * third - c * f64x8::lit(1.0 / 3.0);
+    let n = (third * c - d) * f64x8::lit(0.5) - third * third * third;
+    let mut s = largest_cubic_root(m, n.abs()).copysign(n) - third;
+    for _ in 0..2 {
+        let value = ((s + b) * s + c) * s + d;
+        let slope = (s * f64x8::lit(3.0) + b * f64x8::lit(2.0)) * s + c;
+        let next = s - value / slope;
+        s = next.abs().lt(f64x8::lit(f64::INFINITY)).select(next, s);
+    }
+    (s, deflated(b, c, s))
+}
+
+/// The other two roots of `s^3 + b s^2 + c s + d`, of which one is known.
+pub(super) fn deflated(b: f64x8, c: f64x8, root: f64x8) -> Pair {
+    let e = b + root;
+    let middle = e * f64x8::lit(-0.5);
+    Pair { middle, square: middle * middle - (c + root * e) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The quartic with the given roots, shifted so that they sum to 0.
+    fn depressed(roots: [f64; 4]) -> ([f64; 4], [f64; 3]) {
+        let mean = roots.iter().sum::<f64>() / 4.0;
+        let r = roots.map(|x| x - mean);
+        let pairs = r[0] * r[1] + (r[0] + r[1]) * (r[2] + r[3]) + r[2] * r[3];
+        let triples = r[0] * r[1] * (r[2] + r[3]) + (r[0] + r[1]) * r[2] * r[3];
+        (r, [pairs, -triples, r.iter().product()])
+    }
+
+    #[test]
+    fn real_roots_come_in_neighbouring_pairs() {
+        for roots in [
+            [-2.0, -1.0, 0.5, 0.75],
+            [-1.0, -1.0 + 1e-6, 0.5, 0.75],
+            [-1.0, 0.2, 0.2 + 1e-6, 0.75],
+            [-1.0, -0.3, 0.3, 1.0],
+            [-1.0, -0.3, 0.0, 1.0],
+        ] {
+            let (expected, [p, q, c]) = depressed(roots);
+            let pairs = quartic(f64x8::lit(p), f64x8::lit(q), f64x8::lit(c));
+            let found = pairs.map(|pair| {
+                let (middle, root) = (pair.middle.to_array()[0], pair.square.to_array()[0].sqrt());
+                [middle - root, middle + root]
+            });
+            for (expected, found) in expected.iter().zip(found.as_flattened()) {
+                // A gap of g between roots divides the rounding of the coefficients: 1e-15 / 1e-6.
+                assert!((expected - found).abs() < 1e-8, "{expected} {found} of {roots:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn complex_roots_are_not_found() {
+        // (s^2 + 1) (s^2 - 1/4), where a = 0, and (s^2 + s + 1) (s^2 - s + 2).
+        let [low, high] = quartic(f64x8::lit(0.75), f64x8::zero(), f64x8::lit(-0.25));
+        let squares = [low, high].map(|pair| pair.square.to_array()[0]);
+        assert!(squares.contains(&0.25) && squares.contains(&-1.0), "{squares:?}");
+        let [low, high] = quartic(f64x8::lit(2.0), f64x8::lit(1.0), f64x8::lit(2.0));
+        assert!(low.square.lt(f64x8::zero()).all() && high.square.lt(f64x8::zero()).all());
+    }
+
+    #[test]
+    fn cubic_roots_are_found_also_when_double() {
+        for roots in [[-1.0, 0.25, 0.5], [-1.0, 0.5, 0.5], [-1.0, -1.0, 0.5], [0.1, 0.2, 0.3]] {
+            let [x, y, z] = roots;
+            let (b, c, d) = (-(x + y + z), x * y + y * z + z * x, -(x * y * z));
+            let (far, pair) = cubic(f64x8::lit(b), f64x8::lit(c), f64x8::lit(d));
+            let far = far.to_array()[0];
+            let (middle, square) = (pair.middle.to_array()[0], pair.square.to_array()[0]);
+            let root = square.max(0.0).sqrt();
+            let mut found = [far, middle - root, middle + root];
+            found.sort_by(f64::total_cmp);
+            for (expected, found) in roots.iter().zip(found) {
+                // The square root of a rounding, a few times, at double roots.
+                assert!((expected - found).abs() < 1e-7, "{expected} {found} of {roots:?}");
+            }
+        }
+    }
+}

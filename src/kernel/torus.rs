@@ -1,0 +1,381 @@
+//! Tori: ring, horn and spindle, always computed in f64.
+
+use super::frame::{Frame, Frames};
+use super::quartic::{Pair, cubic, deflated, quartic};
+use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+use crate::scene::Transform;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// `n` tori, each by a frame and the columns `major` and `minor`.
+///
+/// In own space the axis is z and the two radii sum to 1, so the unit sphere holds the torus. The inside is what is
+/// within `minor` of the ring, as in POV-Ray: where a spindle torus (`minor > major`) overlaps itself there is a
+/// second, inner surface but no hollow.
+#[derive(Debug, Clone, Default)]
+pub struct Tori<S> {
+    frames: Frames<S>,
+    major: Vec<S>,
+    minor: Vec<S>,
+}
+
+/// A ray is culled if it stays farther from the middle than this, squared, or from the torus' plane than `minor` and
+/// this less 1: enough above 1 that a ray through a tangent point, which is a root on the bounding sphere, is not
+/// lost to rounding. It costs time only.
+const BOUND: f64 = 1.0 + 1.0 / 1024.0;
+
+/// Pairs of roots nearer to each other than twice the square root of this (of the torus' size) are decided and placed
+/// on the tube itself. Anything between the quartic's error (1e-8) and 1 would be right; more costs time.
+const NEAR: f64 = 1.0 / 16384.0;
+
+/// A Newton step below this was the last one that mattered: its square is below a rounding, even when the slope is
+/// some thousand times smaller than the curvature.
+const SETTLED: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Newton steps at most; beyond, a tangent ray only walks about within its error.
+const STEPS: usize = 4;
+
+/// The longest step for a root that has no partner to keep clear of. The quartic gives half the digits or more.
+const STRIDE: f64 = 1.0 / 1024.0;
+
+/// A torus per lane.
+#[derive(Debug, Clone, Copy)]
+struct Ring {
+    major: f64x8,
+    minor: f64x8,
+}
+
+/// Half the squared distance from the ring less that of the tube, along a ray, with derivatives: the tube is where
+/// `value` is 0.
+#[derive(Debug, Clone, Copy)]
+struct Tube {
+    value: f64x8,
+    slope: f64x8,
+    curvature: f64x8,
+    /// Distance from the axis.
+    radius: f64x8,
+}
+
+/// A ray by its closest point to the middle (or any other), and its unit direction.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    origin: Vec3<f64x8>,
+    dir: Vec3<f64x8>,
+}
+
+impl Ring {
+    /// All crossings, sorted, NaN last; `t` in units of `own.dir`.
+    #[inline(always)]
+    fn crossings(&self, own: &Rays<f64x8>) -> [f64x8; 4] {
+        let none = f64x8::lit(f64::NAN);
+        let inv = f64x8::lit(1.0) / own.dir.length();
+        let dir = own.dir * inv;
+        // To the closest point, twice: the first step leaves the rounding of a far origin along the ray.
+        let coarse = -own.origin.dot(dir);
+        let near = own.origin + dir * coarse;
+        let fine = -near.dot(dir);
+        let line = Line { origin: near + dir * fine, dir };
+        let square = line.origin.dot(line.origin);
+        let half_chord = (f64x8::lit(BOUND) - square).sqrt(); // NaN beyond the sphere
+        let reach = line.origin.z.abs() - dir.z.abs() * half_chord;
+        let active = reach.le(self.minor + f64x8::lit(BOUND - 1.0));
+        if active.none() {
+            return [none; 4];
+        }
+        let roots = self.solve(&line, square, active);
+        roots.map(|s| (coarse + (fine + s)) * inv)
+    }
+
+    /// Roots along a line that starts at its closest point to the middle, `square` its distance squared.
+    ///
+    /// `F(s) = (|p|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` is then depressed, `s^4 + p s^2 + q s + c`, and `c` is a product of
+    /// two differences, so that thin tubes keep their digits.
+    fn solve(&self, line: &Line, square: f64x8, active: Mask<f64x8>) -> [f64x8; 4] {
+        let Ring { major, minor } = *self;
+        let (o, d) = (line.origin, line.dir);
+        let across = d.x * d.x + d.y * d.y;
+        let radius = (o.x * o.x + o.y * o.y).sqrt();
+        let four_rr = major * major * f64x8::lit(4.0);
+        let k = square + (major - minor); // R^2 - r^2, as R + r = 1
+        let p = k + k - four_rr * across;
+        let q = four_rr * f64x8::lit(2.0) * o.z * d.z;
+        let (inner, outer) = (radius - major, radius + major);
+        let zz = o.z * o.z;
+        let c = ((inner - minor) * (inner + minor) + zz) * ((outer - minor) * (outer + minor) + zz);
+        let [low, high] = quartic(p, q, c);
+        let [l0, l1] = self.place(line, low, active);
+        let [h0, h1] = self.place(line, high, active);
+        sorted([l0, l1, h0, h1])
+    }
+
+    /// Crossings of lanes that start on the torus: `t = 0`, and the roots of what remains of the quartic after
+    /// dividing by `t`. `noise` bounds the rounding of the tube's slope at the start.
+    fn crossings_left(&self, own: &Rays<f64x8>, on: Mask<f64x8>, noise: f64x8) -> [f64x8; 4] {
+        let Ring { major, minor } = *self;
+        let inv = f64x8::lit(1.0) / own.dir.length();
+        let line = Line { origin: own.origin, dir: own.dir * inv };
+        let (o, d) = (line.origin, line.dir);
+        let b = o.dot(d);
+        let k = o.dot(o) + (major - minor);
+        let four_rr = major * major * f64x8::lit(4.0);
+        let b3 = b * f64x8::lit(4.0);
+        let c3 = b * b3 + k + k - four_rr * (d.x * d.x + d.y * d.y);
+        let d3 = b3 * k - (four_rr + four_rr) * (o.x * d.x + o.y * d.y);
+        let (mut single, mut pair) = cubic(b3, c3, d3);
+        single = self.polish(&line, single, f64x8::lit(STRIDE), on);
+        // On which side of the tangent the ray leaves is below rounding: the start is a double root.
+        let tangent = self.tube(&line, f64x8::zero()).slope.abs().le(noise * inv);
+        let touching = deflated(b3, c3, f64x8::zero());
+        single = tangent.select(f64x8::zero(), single);
+        pair.middle = tangent.select(touching.middle, pair.middle);
+        pair.square = tangent.select(touching.square, pair.square);
+        let [low, high] = self.place(&line, pair, on);
+        sorted([f64x8::zero(), single * inv, low * inv, high * inv])
+    }
+
+    /// The tube at `s` along a line. On the inner sheet of a spindle torus it is the tube of the ring's far side.
+    #[inline(always)]
+    fn tube(&self, line: &Line, s: f64x8) -> Tube {
+        let p = line.origin + line.dir * s;
+        let (zero, d) = (f64x8::zero(), line.dir);
+        let radius = (p.x * p.x + p.y * p.y).sqrt();
+        let major = self.major.copysign(p.dot(p) + (self.major - self.minor));
+        let inv = radius.gt(zero).keep(f64x8::lit(1.0) / radius);
+        let off = radius - major;
+        let outward = (p.x * d.x + p.y * d.y) * inv;
+        let across = d.x * d.x + d.y * d.y;
+        Tube {
+            // The difference of squares, so that a thin tube is compared with its own radius.
+            value: ((off - self.minor) * (off + self.minor) + p.z * p.z) * f64x8::lit(0.5),
+            slope: off * outward + p.z * d.z,
+            curvature: f64x8::lit(1.0) - major * (across - outward * outward) * inv,
+            radius,
+        }
+    }
+
+    /// The roots of a pair, placed on the tube; NaN where there are none.
+    #[inline(always)]
+    fn place(&self, line: &Line, pair: Pair, active: Mask<f64x8>) -> [f64x8; 2] {
+        let (zero, none) = (f64x8::zero(), f64x8::lit(f64::NAN));
+        let Pair { mut middle, mut square } = pair;
+        let near = active & square.abs().le(f64x8::lit(NEAR));
+        if near.any() {
+            let refined = self.extremum(line, middle, near);
+            middle = refined.1.select(refined.0.middle, middle);
+            square = refined.1.select(refined.0.square, square);
+        }
+        let real = active & square.ge(zero);
+        if real.none() {
+            return [none; 2];
+        }
+        let half = square.sqrt();
+        let low = self.polish(line, middle - half, half, real);
+        let high = self.polish(line, middle + half, half, real);
+        [real.select(low.min(high), none), real.select(high.max(low), none)]
+    }
+
+    /// Two near roots as the tube has them, and where that is to be believed: around the place where the ray is
+    /// nearest to the ring (or, touching from within, farthest), at the height of the tube there.
+    fn extremum(&self, line: &Line, start: f64x8, near: Mask<f64x8>) -> (Pair, Mask<f64x8>) {
+        let reach = f64x8::lit(NEAR).sqrt();
+        let mut middle = start;
+        let mut moving = near;
+        for _ in 0..STEPS {
+            let tube = self.tube(line, middle);
+            let step = tube.slope / tube.curvature;
+            middle = (moving & step.abs().le(reach)).select(middle - step, middle);
+            moving &= step.abs().gt(f64x8::lit(SETTLED));
+            if moving.none() {
+                break;
+            }
+        }
+        let tube = self.tube(line, middle);
+        let square = tube.value * f64x8::lit(-2.0) / tube.curvature;
+        // Only where the tube is smooth over the gap: away from the axis, on rings that do not overlap themselves,
+        // and bent enough to have a nearest place at all.
+        let smooth = tube.radius.ge(reach * f64x8::lit(8.0))
+            & self.major.ge(self.minor)
+            & tube.curvature.abs().ge(reach)
+            & (middle - start).abs().le(reach + reach)
+            & square.le(f64x8::lit(4.0 * NEAR));
+        (Pair { middle, square }, near & smooth)
+    }
+
+    /// Newton's steps on the tube, none longer than `stride`, until each active lane has settled.
+    ///
+    /// Lanes stop one by one, so what a lane gets does not depend on its neighbours.
+    #[inline(always)]
+    fn polish(&self, line: &Line, start: f64x8, stride: f64x8, active: Mask<f64x8>) -> f64x8 {
+        let mut s = start;
+        let mut moving = active;
+        for _ in 0..STEPS {
+            let tube = self.tube(line, s);
+            let step = tube.value / tube.slope;
+            let step = (-stride).max(stride.min(step));
+            let sound = step.equal(step);
+            s = (moving & sound).select(s - step, s);
+            moving &= step.abs().gt(f64x8::lit(SETTLED));
+            if moving.none() {
+                break;
+            }
+        }
+        s
+    }
+}
+
+/// Rising, NaN last.
+#[inline(always)]
+fn sorted(roots: [f64x8; 4]) -> [f64x8; 4] {
+    let inf = f64x8::lit(f64::INFINITY);
+    let [mut a, mut b, mut c, mut d] = roots.map(|t| t.min(inf));
+    for (x, y) in [(&mut a, &mut b), (&mut c, &mut d)] {
+        (*x, *y) = (x.min(*y), x.max(*y));
+    }
+    (a, c) = (a.min(c), a.max(c));
+    (b, d) = (b.min(d), b.max(d));
+    (b, c) = (b.min(c), b.max(c));
+    [a, b, c, d].map(|t| t.lt(inf).select(t, f64x8::lit(f64::NAN)))
+}
+
+#[inline(always)]
+fn widened<L: Lane>(v: Vec3<L>) -> Vec3<f64x8> {
+    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
+}
+
+#[inline(always)]
+fn narrowed<L: Lane>(v: Vec3<f64x8>) -> Vec3<L> {
+    Vec3::new(L::from_f64s(v.x), L::from_f64s(v.y), L::from_f64s(v.z))
+}
+
+impl<L: Lane> Frame<L> {
+    #[inline(always)]
+    fn in_f64(&self) -> Frame<f64x8> {
+        Frame { center: widened(self.center), rows: self.rows.map(widened) }
+    }
+}
+
+impl<L: Lane> Rays<L> {
+    #[inline(always)]
+    fn in_f64(&self) -> Rays<f64x8> {
+        Rays { origin: widened(self.origin), dir: widened(self.dir) }
+    }
+}
+
+impl<S: Scalar> Tori<S> {
+    /// Adds the image of a torus about the y axis. `major` at least 0, `minor` over 0.
+    pub fn push(&mut self, world_from_object: &Transform, major: f64, minor: f64) {
+        let size = major + minor;
+        // Own z is the object's y, and own y its z.
+        let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+        let object_from_own = Transform {
+            forward: DAffine3::from_mat3(swap * size),
+            inverse: DAffine3::from_mat3(swap * (1.0 / size)),
+        };
+        self.frames.push(&object_from_own.then(world_from_object));
+        self.major.push(S::from_f64(major / size));
+        self.minor.push(S::from_f64(minor / size));
+    }
+
+    fn ring(&self, i: usize) -> Ring {
+        Ring { major: f64x8::splat(self.major[i].to_f64()), minor: f64x8::splat(self.minor[i].to_f64()) }
+    }
+
+    /// Crossings in f64, with the rays of own space.
+    #[inline(always)]
+    fn crossings(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> ([f64x8; 4], Rays<f64x8>) {
+        let frame = self.frames.at(i);
+        let own = frame.in_f64().rays(&rays.in_f64());
+        let ring = self.ring(i);
+        let mut roots = ring.crossings(&own);
+        if let Some(left) = left {
+            // The slope changes by the start's error, enlarged where the ring is bent, and by the direction's.
+            let radius = (own.origin.x * own.origin.x + own.origin.y * own.origin.y).sqrt();
+            let bend = f64x8::lit(1.0) + ring.major / radius;
+            let noise = widened(frame.start_error(rays)).dot(own.dir.abs()) * bend
+                + widened(frame.direction_error(rays)).dot(own.origin.abs());
+            let on = left.on.cast();
+            let others = ring.crossings_left(&own, on, noise);
+            for (root, other) in roots.iter_mut().zip(others) {
+                *root = on.select(other, *root);
+            }
+        }
+        (roots, own)
+    }
+}
+
+impl<S: Scalar> Block<S> for Tori<S> {
+    const ROOTS: usize = 4;
+    type Roots = [S::Lane; 4];
+
+    fn len(&self) -> usize {
+        self.major.len()
+    }
+
+    /// Bounded by sphere and slab, then Ferrari at the closest point to the middle and Newton on the tube.
+    #[inline]
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
+        self.crossings(i, rays, left).0.map(S::Lane::from_f64s)
+    }
+
+    /// Without the inner sheet of a spindle torus.
+    #[inline]
+    fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
+        let ([a, b, c, d], own) = self.crossings(i, rays, left);
+        let none = f64x8::lit(f64::NAN);
+        // Between the second and third crossing lies the lens of the overlap, or a dimple outside: one question for
+        // both, so that they stay a pair.
+        let p = own.origin + own.dir * ((b + c) * f64x8::lit(0.5));
+        let ring = self.ring(i);
+        let lens = (p.dot(p) + (ring.major - ring.minor)).lt(f64x8::zero());
+        let outer = [a, lens.select(d, b), lens.select(none, c), lens.select(none, d)];
+        outer.map(S::Lane::from_f64s)
+    }
+
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        _active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane> {
+        let frame = self.frames.gathered(index).in_f64();
+        let own = frame.rays(&rays.in_f64());
+        let ring =
+            Ring { major: gather(&self.major, index).to_f64s(), minor: gather(&self.minor, index).to_f64s() };
+        let p = own.origin + own.dir * t.to_f64s();
+        let radius = (p.x * p.x + p.y * p.y).sqrt();
+        let major = ring.major.copysign(p.dot(p) + (ring.major - ring.minor));
+        // On the axis, where a horn or spindle torus has its points, any direction will do.
+        let inv = f64x8::lit(1.0) / radius;
+        let sound = radius.gt(f64x8::zero());
+        let outward =
+            Vec3::new(sound.select(p.x * inv, f64x8::lit(1.0)), sound.keep(p.y * inv), f64x8::zero());
+        let center = outward * major;
+        let normal = (p - center).normalize();
+        let point = center + normal * ring.minor;
+        Surfaces {
+            point: self.frames.to_world(index, narrowed(point)),
+            normal: narrowed(frame.normal(normal)),
+            ..Default::default()
+        }
+    }
+
+    /// Around the ring's disc swept by the tube: as the union of the two discs that bound it along its axis.
+    fn bounds(&self, i: usize) -> Aabb {
+        let minor = self.minor[i].to_f64();
+        let size = self.major[i].to_f64() + minor; // 1 but for the columns' rounding
+        self.frames.disc_bounds(i, -minor, size).union(self.frames.disc_bounds(i, minor, size))
+    }
+
+    fn permute(&mut self, order: &[u32]) {
+        self.frames.permute(order);
+        for column in [&mut self.major, &mut self.minor] {
+            *column = permuted(column, order);
+        }
+    }
+}
