@@ -1,8 +1,23 @@
 //! Files: the scene, its includes, and the includes that octray brings along.
 
+use super::machine::{FrameKind, Lexeme, Machine, Res, STACK_BYTES, Stop};
+use super::value::{Num, Value};
 use super::{Evaluation, Options};
-use crate::lang::{Diagnostic, Severity, SourceMap};
-use std::path::Path;
+use crate::lang::{Diagnostic, FileId, Program, Severity, read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// octray's own includes, for scenes that need no more of POV-Ray's than these; used if no library path has the file.
+const EMBEDDED: &[(&str, &str)] = &[
+    ("colors.inc", include_str!("includes/colors.inc")),
+    ("consts.inc", include_str!("includes/consts.inc")),
+];
+
+/// Where an include was found.
+pub(super) enum Found {
+    File(PathBuf, Option<String>),
+    Embedded(&'static str, &'static str),
+}
 
 /// A scene file's bytes, or why not.
 pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
@@ -12,13 +27,175 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
     std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
 }
 
-pub(super) fn run(name: &str, path: Option<&Path>, bytes: &[u8], _options: &Options) -> Evaluation {
-    let mut sources = SourceMap::default();
-    sources.add(name, path, bytes);
-    Evaluation {
-        diagnostics: vec![Diagnostic::new(Severity::Error, "evaluation is not here yet", None)],
-        sources,
-        files_read: path.map(Into::into).into_iter().collect(),
-        ..Evaluation::default()
+/// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed.
+pub(super) fn run(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) -> Evaluation {
+    std::thread::scope(|scope| {
+        let evaluate = || evaluate(name, path, bytes, options);
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, evaluate);
+        match thread.map(|thread| thread.join()) {
+            Ok(Ok(evaluation)) => evaluation,
+            Ok(Err(panic)) => std::panic::resume_unwind(panic),
+            Err(error) => Evaluation {
+                diagnostics: vec![Diagnostic::new(
+                    Severity::Error,
+                    format!("cannot start the evaluator: {error}"),
+                    None,
+                )],
+                ..Evaluation::default()
+            },
+        }
+    })
+}
+
+fn evaluate(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) -> Evaluation {
+    let mut machine = Machine::new(options);
+    let file = machine.sources.add(name, path, bytes);
+    if let Some(path) = path {
+        machine.files_read.push(path.into());
+        machine.folder = path.parent().map(Into::into);
     }
+    for (name, value) in &options.declares {
+        let symbol = machine.symbols.intern(name);
+        let value = match value.trim().parse() {
+            Ok(number) => Value::Number(Num::float(number)),
+            Err(_) => Value::String(value.trim_matches('"').into()),
+        };
+        machine.scopes.declare(symbol, value);
+    }
+    match machine.compile(file) {
+        Ok(program) => {
+            if machine.enter_frame(program, 0, FrameKind::Scene, None).is_ok() {
+                machine.run();
+            }
+        }
+        Err(errors) => machine.diagnostics.extend(errors),
+    }
+    Evaluation {
+        scene: machine.scene,
+        diagnostics: machine.diagnostics,
+        messages: machine.messages,
+        sources: machine.sources,
+        files_read: machine.files_read,
+    }
+}
+
+impl Machine<'_> {
+    /// Reads a file's text into a program.
+    fn compile(&mut self, file: FileId) -> Result<u32, Vec<Diagnostic>> {
+        let text = self.sources.file(file).text.clone();
+        let program: Program = read(file, &text, &mut self.symbols)?;
+        self.programs.push(Arc::new(program));
+        Ok(self.programs.len() as u32 - 1)
+    }
+
+    /// The program of the file that an `#include` names.
+    pub fn find_include(&mut self, name: &str, at: Lexeme) -> Res<u32> {
+        let (key, display, bytes) = match self.locate(name) {
+            None => {
+                let mut diagnostic =
+                    Diagnostic::error(format!("cannot find the include file `{name}`"), self.span(self.last));
+                diagnostic.help = Some(
+                    "looked in the scene's folder, the library paths (-L) and octray's own includes".into(),
+                );
+                return Err(Stop::Halt(Some(Box::new(diagnostic))));
+            }
+            Some(Found::Embedded(name, text)) => (
+                PathBuf::from(format!("<octray>/{name}")),
+                format!("<octray>/{name}"),
+                text.as_bytes().to_vec(),
+            ),
+            Some(Found::File(path, odd)) => {
+                if let Some(odd) = odd {
+                    let span = self.span(self.last);
+                    self.warn(
+                        "include name",
+                        format!("`{name}` is there as {odd}; POV-Ray would not find it"),
+                        span,
+                    );
+                }
+                if self.program_of.contains_key(&path) {
+                    (path, String::new(), Vec::new())
+                } else {
+                    let bytes = match std::fs::read(&path) {
+                        Ok(bytes) => bytes,
+                        Err(error) => {
+                            let message = format!("cannot read the include file {}: {error}", path.display());
+                            return Err(self.halt(message));
+                        }
+                    };
+                    self.files_read.push(path.clone());
+                    (path.clone(), path.display().to_string(), bytes)
+                }
+            }
+        };
+        if let Some(program) = self.program_of.get(&key) {
+            return Ok(*program);
+        }
+        self.charge(bytes.len() * 8)?;
+        let file = self.sources.add(&display, Some(&key), &bytes);
+        match self.compile(file) {
+            Ok(program) => {
+                self.program_of.insert(key, program);
+                Ok(program)
+            }
+            Err(errors) => {
+                let _ = at;
+                for error in errors {
+                    self.tell(error);
+                }
+                Err(Stop::Halt(None))
+            }
+        }
+    }
+
+    /// Looks for a file: beside the scene, in the library paths, among octray's own; with `.inc` added, and at last
+    /// with `\` as `/` and without regard to case.
+    pub fn locate(&self, name: &str) -> Option<Found> {
+        let here = self.folder.clone().unwrap_or_default();
+        let folders: Vec<&Path> = std::iter::once(here.as_path())
+            .chain(self.options.library_paths.iter().map(PathBuf::as_path))
+            .collect();
+        let names = [name.to_string(), format!("{name}.inc"), format!("{name}.INC")];
+        for folder in &folders {
+            for name in &names {
+                let path = folder.join(name);
+                if path.is_file() {
+                    return Some(Found::File(path, None));
+                }
+            }
+        }
+        let embedded =
+            EMBEDDED.iter().find(|(own, _)| *own == name || own.strip_suffix(".inc") == Some(name));
+        if let Some((name, text)) = embedded {
+            return Some(Found::Embedded(name, text));
+        }
+        for folder in &folders {
+            for name in &names {
+                if let Some(path) = find_loosely(folder, &name.replace('\\', "/")) {
+                    let odd = path.display().to_string();
+                    return Some(Found::File(path, Some(odd)));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Goes down a path without regard to case.
+fn find_loosely(folder: &Path, name: &str) -> Option<PathBuf> {
+    let mut path = folder.to_path_buf();
+    for part in name.split('/').filter(|part| !part.is_empty()) {
+        let exact = path.join(part);
+        if exact.exists() {
+            path = exact;
+            continue;
+        }
+        let listing = if path.as_os_str().is_empty() { Path::new(".") } else { &path };
+        let mut entries: Vec<_> =
+            std::fs::read_dir(listing).ok()?.flatten().map(|entry| entry.file_name()).collect();
+        entries.sort();
+        let entry = entries.into_iter().find(|entry| entry.to_string_lossy().eq_ignore_ascii_case(part))?;
+        path = path.join(entry);
+    }
+    path.is_file().then_some(path)
 }

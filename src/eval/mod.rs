@@ -4,7 +4,26 @@
 //! renderers read, with everything there is to say about the text ([`Evaluation`]). Knows the language's values,
 //! directives and objects; does not know how a picture is traced. Reads only the files that the scene names.
 
+mod builtin;
+mod camera;
+mod color;
+mod directive;
+mod expr;
 mod files;
+mod finish;
+mod function;
+mod light;
+mod machine;
+mod mesh;
+mod object;
+mod pigment;
+mod scope;
+mod shape;
+mod statement;
+mod string;
+mod texture;
+mod transform;
+mod value;
 
 use crate::lang::{Diagnostic, Severity, SourceMap};
 use crate::scene::Scene;

@@ -14,7 +14,7 @@ pub struct Program {
     /// For each token its first byte and its length in bytes.
     pub places: Vec<(u32, u32)>,
     /// What [`Token::Vector`] indexes.
-    pub vectors: Vec<([f64; 5], u8)>,
+    pub numbers: Vec<f64>,
     /// What [`Token::String`] indexes: text between the quotes, escapes not yet resolved.
     pub strings: Vec<Arc<str>>,
     /// Whose text it is.
@@ -26,8 +26,8 @@ pub struct Program {
 pub enum Token {
     /// A float without a sign.
     Number(f64),
-    /// A vector of 2 to 5 plain numbers, by index.
-    Vector(u32),
+    /// A vector of two or more plain numbers: the first one's index, and how many.
+    Vector(u32, u16),
     /// A string, by index.
     String(u32),
     /// A user's name.

@@ -50,17 +50,11 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
             None => Token::Junk(text.chars().next().unwrap_or(' ')),
         },
         Rule::vector => {
-            let mut values = [0.0; 5];
-            let mut count = 0;
-            for component in pair.into_inner() {
-                if count < 5 {
-                    values[count] = number(component.as_str());
-                }
-                count += 1;
-            }
-            // More than five components are an error; the evaluator says so.
-            program.vectors.push((values, count.min(255) as u8));
-            Token::Vector(program.vectors.len() as u32 - 1)
+            let first = program.numbers.len();
+            program.numbers.extend(pair.into_inner().map(|component| number(component.as_str())));
+            // Longer than any vector or polynomial; the evaluator says that it is too long.
+            let count = (program.numbers.len() - first).min(usize::from(u16::MAX));
+            Token::Vector(first as u32, count as u16)
         }
         Rule::string => {
             program.strings.push(text[1..text.len() - 1].into());

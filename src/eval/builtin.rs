@@ -1,0 +1,336 @@
+//! Built-in numbers and functions of floats and vectors (manual sections 3.1.4 to 3.1.6).
+
+use super::machine::{Machine, Res};
+use super::value::{Num, Value};
+use crate::lang::{Keyword, Mark, Token};
+use glam::{DMat3, DQuat, DVec3};
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+impl Machine<'_> {
+    /// A built-in number, vector or call of a function; `None` (and nothing taken) if the word is none.
+    pub fn builtin(&mut self, word: Keyword) -> Res<Option<Num>> {
+        use Keyword as K;
+        let constant = match word {
+            K::Pi => PI,
+            K::Tau => 2.0 * PI,
+            K::True | K::Yes | K::On => 1.0,
+            K::False | K::No | K::Off => 0.0,
+            K::Clock => self.options.clock,
+            K::ClockDelta => 1.0,
+            K::ClockOn => 0.0,
+            K::InitialClock => 0.0,
+            K::FinalClock => 1.0,
+            K::FrameNumber | K::InitialFrame | K::FinalFrame => 1.0,
+            K::ImageWidth => self.options.image_width as f64,
+            K::ImageHeight => self.options.image_height as f64,
+            K::Version => self.version_read(),
+            K::Now => now(),
+            _ => return self.builtin_vector(word),
+        };
+        self.next()?;
+        Ok(Some(Num::float(constant)))
+    }
+
+    fn builtin_vector(&mut self, word: Keyword) -> Res<Option<Num>> {
+        use Keyword as K;
+        let axis = match word {
+            K::X => Num { n: 3, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
+            K::Y => Num { n: 3, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
+            K::Z => Num { n: 3, v: [0.0, 0.0, 1.0, 0.0, 0.0] },
+            K::T => Num { n: 4, v: [0.0, 0.0, 0.0, 1.0, 0.0] },
+            K::U => Num { n: 2, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
+            K::V => Num { n: 2, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
+            _ => return self.deeper(|m| m.builtin_call(word)),
+        };
+        self.next()?;
+        Ok(Some(axis))
+    }
+
+    fn builtin_call(&mut self, word: Keyword) -> Res<Option<Num>> {
+        use Keyword as K;
+        if let Some(f) = float_function(word) {
+            self.next()?;
+            self.expect(Mark::OpenParen)?;
+            let value = f(self.float()?);
+            self.expect(Mark::CloseParen)?;
+            return Ok(Some(Num::float(value)));
+        }
+        if !is_call(word) {
+            return Ok(None);
+        }
+        let at = self.next()?;
+        self.expect(Mark::OpenParen)?;
+        let value = match word {
+            K::Atan2 => self.two(f64::atan2)?,
+            K::Pow => self.two(f64::powf)?,
+            // C's fmod and truncation, not Rust's floored or Euclidean forms.
+            K::Mod => self.two(|a, b| a % b)?,
+            K::Div => self.two(|a, b| (a / b).trunc())?,
+            K::BitwiseAnd => self.fold_bits(|a, b| a & b)?,
+            K::BitwiseOr => self.fold_bits(|a, b| a | b)?,
+            K::BitwiseXor => self.fold_bits(|a, b| a ^ b)?,
+            K::Min => self.fold(f64::min)?,
+            K::Max => self.fold(f64::max)?,
+            K::Log => Num::float(self.float()?.log10()),
+            K::Select => self.select()?,
+            K::Seed => {
+                let seed = self.float()?;
+                return self.close_call(Num::float(seed)).map(Some);
+            }
+            K::Rand => self.random()?,
+            K::Defined => {
+                let declared = match self.peek()? {
+                    Token::Name(symbol) => {
+                        self.next()?;
+                        self.scopes.get(symbol).is_some()
+                    }
+                    _ => self.rvalue().map(|_| true)?,
+                };
+                Num::float(f64::from(declared))
+            }
+            K::Dimensions => {
+                let dims = self.array_dims()?;
+                Num::float(dims.len() as f64)
+            }
+            K::DimensionSize => {
+                let dims = self.array_dims()?;
+                self.comma()?;
+                let which = self.float()?;
+                match dims.get((which as usize).wrapping_sub(1)) {
+                    Some(size) => Num::float(*size as f64),
+                    None => return Err(self.error_here(format!("the array has {} dimensions", dims.len()))),
+                }
+            }
+            K::Strlen => Num::float(self.string()?.chars().count() as f64),
+            K::Strcmp => {
+                let a = self.string()?;
+                self.comma()?;
+                let b = self.string()?;
+                Num::float(a.cmp(&b) as i8 as f64)
+            }
+            K::Asc => Num::float(self.string()?.chars().next().map_or(0.0, |c| f64::from(c as u32))),
+            K::Val => {
+                let text = self.string()?;
+                Num::float(leading_number(&text))
+            }
+            K::FileExists => {
+                let name = self.file_name()?;
+                Num::float(f64::from(self.locate(&name).is_some()))
+            }
+            K::Vlength => Num::float(self.vector()?.length()),
+            K::Vdot => {
+                let (a, b) = self.two_vectors()?;
+                Num::float(a.dot(b))
+            }
+            K::Vcross => {
+                let (a, b) = self.two_vectors()?;
+                Num::vector(a.cross(b))
+            }
+            K::Vnormalize => {
+                let v = self.vector()?;
+                // A zero vector stays one, as in POV-Ray 3.7.
+                Num::vector(v.try_normalize().unwrap_or(DVec3::ZERO))
+            }
+            K::Vrotate => {
+                let (v, degrees) = self.two_vectors()?;
+                let r = degrees * (PI / 180.0);
+                let turn =
+                    DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
+                Num::vector(turn * v)
+            }
+            K::VaxisRotate => {
+                let (v, axis) = self.two_vectors()?;
+                self.comma()?;
+                let angle = self.float()?.to_radians();
+                match axis.try_normalize() {
+                    Some(axis) => Num::vector(DQuat::from_axis_angle(axis, angle) * v),
+                    None => Num::vector(v),
+                }
+            }
+            _ => {
+                let message = format!("not modelled yet: `{}` in an expression", word.text());
+                return Err(self.error(message, self.span(at)));
+            }
+        };
+        self.close_call(value).map(Some)
+    }
+
+    fn close_call(&mut self, value: Num) -> Res<Num> {
+        self.expect(Mark::CloseParen)?;
+        Ok(value)
+    }
+
+    fn two(&mut self, f: impl Fn(f64, f64) -> f64) -> Res<Num> {
+        let a = self.float()?;
+        self.comma()?;
+        let b = self.float()?;
+        Ok(Num::float(f(a, b)))
+    }
+
+    fn two_vectors(&mut self) -> Res<(DVec3, DVec3)> {
+        let a = self.vector()?;
+        self.comma()?;
+        Ok((a, self.vector()?))
+    }
+
+    /// One or more floats, folded from the left.
+    fn fold(&mut self, f: impl Fn(f64, f64) -> f64) -> Res<Num> {
+        let mut value = self.float()?;
+        while self.peek()? != Token::Mark(Mark::CloseParen) {
+            self.comma()?;
+            value = f(value, self.float()?);
+        }
+        Ok(Num::float(value))
+    }
+
+    fn fold_bits(&mut self, f: impl Fn(i64, i64) -> i64) -> Res<Num> {
+        self.fold(|a, b| f(a as i64, b as i64) as f64)
+    }
+
+    /// `select(v, negative, zero, positive)` or `select(v, negative, other)`.
+    fn select(&mut self) -> Res<Num> {
+        let v = self.float()?;
+        self.comma()?;
+        let negative = self.expr()?;
+        self.comma()?;
+        let zero = self.expr()?;
+        let positive = if self.peek()? == Token::Mark(Mark::CloseParen) {
+            zero
+        } else {
+            self.comma()?;
+            self.expr()?
+        };
+        Ok(if v < 0.0 {
+            negative
+        } else if v == 0.0 {
+            zero
+        } else {
+            positive
+        })
+    }
+
+    /// `rand(S)`: POV-Ray's generator, x = x * 1812433253 + 12345 mod 2^32; the value is x / (2^32 - 1).
+    fn random(&mut self) -> Res<Num> {
+        let lexeme = self.next()?;
+        let stream = match lexeme.token {
+            Token::Name(_) => self.name_value(lexeme)?,
+            _ => {
+                return Err(
+                    self.error_here("expected the name of a random number stream (`#declare S = seed(1);`)")
+                );
+            }
+        };
+        let Value::Random(state) = stream else {
+            let message = format!("expected a random number stream, found {}", stream.kind());
+            return Err(self.error(message, self.span(lexeme)));
+        };
+        Ok(Num::float(next_random(&state)))
+    }
+
+    fn array_dims(&mut self) -> Res<smallvec::SmallVec<[usize; 2]>> {
+        let lexeme = self.next()?;
+        if let Token::Name(_) = lexeme.token
+            && let Value::Array(array) = self.name_value(lexeme)?
+        {
+            return Ok(array.dims.clone());
+        }
+        let found = self.describe(lexeme);
+        Err(self.error(format!("expected an array, found {found}"), self.span(lexeme)))
+    }
+}
+
+/// The next value of a stream, in 0..1.
+pub(super) fn next_random(state: &AtomicU32) -> f64 {
+    let next = state.load(Ordering::Relaxed).wrapping_mul(1_812_433_253).wrapping_add(12_345);
+    state.store(next, Ordering::Relaxed);
+    f64::from(next) / f64::from(u32::MAX)
+}
+
+/// Functions of one float. Trigonometry in radians.
+pub(super) fn float_function(word: Keyword) -> Option<fn(f64) -> f64> {
+    use Keyword as K;
+    Some(match word {
+        K::Abs => f64::abs,
+        K::Acos => f64::acos,
+        K::Acosh => f64::acosh,
+        K::Asin => f64::asin,
+        K::Asinh => f64::asinh,
+        K::Atan => f64::atan,
+        K::Atanh => f64::atanh,
+        K::Ceil => f64::ceil,
+        K::Cos => f64::cos,
+        K::Cosh => f64::cosh,
+        K::Degrees => |v| v * (180.0 / PI),
+        K::Radians => |v| v * (PI / 180.0),
+        K::Exp => f64::exp,
+        K::Floor => f64::floor,
+        K::Int => f64::trunc,
+        K::Ln => f64::ln,
+        K::Log => f64::log10,
+        K::Sin => f64::sin,
+        K::Sinh => f64::sinh,
+        K::Sqrt => f64::sqrt,
+        K::Tan => f64::tan,
+        K::Tanh => f64::tanh,
+        _ => return None,
+    })
+}
+
+fn is_call(word: Keyword) -> bool {
+    use Keyword as K;
+    matches!(
+        word,
+        K::Atan2
+            | K::Pow
+            | K::Mod
+            | K::Div
+            | K::BitwiseAnd
+            | K::BitwiseOr
+            | K::BitwiseXor
+            | K::Min
+            | K::Max
+            | K::Select
+            | K::Seed
+            | K::Rand
+            | K::Defined
+            | K::Dimensions
+            | K::DimensionSize
+            | K::Strlen
+            | K::Strcmp
+            | K::Asc
+            | K::Val
+            | K::FileExists
+            | K::Vlength
+            | K::Vdot
+            | K::Vcross
+            | K::Vnormalize
+            | K::Vrotate
+            | K::VaxisRotate
+            | K::Vturbulence
+            | K::Trace
+            | K::MinExtent
+            | K::MaxExtent
+            | K::Inside
+    )
+}
+
+/// `val("12.5 mm")` is 12.5, as C's `atof` has it.
+fn leading_number(text: &str) -> f64 {
+    let text = text.trim_start();
+    let numeric = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
+    let mut end = text.find(|c| !numeric(c)).unwrap_or(text.len());
+    while end > 0 {
+        if let Ok(value) = text[..end].parse() {
+            return value;
+        }
+        end -= 1;
+    }
+    0.0
+}
+
+/// Days since 2000-01-01.
+fn now() -> f64 {
+    let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since_1970.map_or(0.0, |time| time.as_secs_f64() / 86_400.0 - 10_957.0)
+}

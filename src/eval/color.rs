@@ -1,0 +1,143 @@
+//! Colours (manual section 3.1.7): `rgb <1, 0, 0>`, `color red 1 filter .5`, `White * .5`.
+
+use super::machine::{Machine, Res};
+use super::value::{Num, Value};
+use crate::lang::{Keyword, Token};
+use crate::scene::{Color, Gamma, Rgb};
+
+impl Machine<'_> {
+    /// A colour where one is due: with or without `color`, also as a plain vector or float.
+    pub fn color(&mut self) -> Res<Color> {
+        Ok(as_color(self.color_components()?))
+    }
+
+    /// A colour of which only red, green and blue count.
+    pub fn rgb(&mut self) -> Res<Rgb> {
+        Ok(self.color()?.rgb)
+    }
+
+    /// The five components. What follows a colour by keyword (`transmit .3`, `red .5`) replaces that component.
+    pub fn color_components(&mut self) -> Res<[f64; 5]> {
+        let mut color = [0.0; 5];
+        let mut started = false;
+        let mut whole = false;
+        loop {
+            let word = match self.peek()? {
+                Token::Word(word) => word,
+                _ if started => break,
+                _ => {
+                    color = self.color_expression()?;
+                    (started, whole) = (true, true);
+                    continue;
+                }
+            };
+            let component = match word {
+                // `color color White` is written by some tools.
+                Keyword::Color | Keyword::Colour if !started => {
+                    self.next()?;
+                    continue;
+                }
+                Keyword::Red => 0,
+                Keyword::Green => 1,
+                Keyword::Blue => 2,
+                Keyword::Filter => 3,
+                Keyword::Transmit | Keyword::Alpha => 4,
+                _ if is_rgb(word) && !whole && !started => {
+                    self.next()?;
+                    let value = self.expr()?;
+                    color = self.components_of(word, value);
+                    (started, whole) = (true, true);
+                    continue;
+                }
+                _ if started => break,
+                _ => {
+                    color = self.color_expression()?;
+                    (started, whole) = (true, true);
+                    continue;
+                }
+            };
+            self.next()?;
+            started = true;
+            color[component] = self.float()?;
+        }
+        let span = self.span(self.last);
+        if color.iter().any(|c| !c.is_finite()) {
+            return Err(self.error("expected a colour of finite components", span));
+        }
+        Ok(color)
+    }
+
+    /// A colour as an expression: a float stands for red, green and blue (and the rest, where POV-Ray says so).
+    fn color_expression(&mut self) -> Res<[f64; 5]> {
+        let value = self.expr()?;
+        Ok(value.promoted(if value.n == 1 { 3 } else { 5 }))
+    }
+
+    /// What `rgb`, `rgbf`, `srgb` and the like make of the value behind them.
+    fn components_of(&self, word: Keyword, value: Num) -> [f64; 5] {
+        use Keyword as K;
+        let [r, g, b, f, t] = value.v;
+        let mut color = match word {
+            K::Rgb | K::Srgb if value.n == 1 => [r, r, r, 0.0, 0.0],
+            K::Rgbf | K::Srgbf if value.n == 1 => [r, r, r, r, 0.0],
+            K::Rgbt | K::Srgbt if value.n == 1 => [r, r, r, 0.0, r],
+            K::Rgbft | K::Srgbft if value.n == 1 => [r; 5],
+            K::Rgbt | K::Srgbt => [r, g, b, 0.0, f],
+            _ => [r, g, b, f, t],
+        };
+        if matches!(word, K::Srgb | K::Srgbf | K::Srgbt | K::Srgbft) {
+            for c in &mut color[..3] {
+                *c = self.decode_srgb(*c);
+            }
+        }
+        color
+    }
+
+    /// An sRGB value in the scene's working space.
+    fn decode_srgb(&self, value: f64) -> f64 {
+        let linear = if value < 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+        match self.scene.globals.assumed_gamma {
+            Gamma::Power(1.0) => linear,
+            Gamma::Power(gamma) => linear.max(0.0).powf(1.0 / gamma),
+            Gamma::Srgb | Gamma::Off => value,
+        }
+    }
+
+    /// True if the next token begins a colour in a place where anything else might stand too.
+    pub fn starts_color(&mut self) -> Res<bool> {
+        use Keyword as K;
+        Ok(match self.peek()? {
+            Token::Word(word) => {
+                is_rgb(word)
+                    || matches!(
+                        word,
+                        K::Color
+                            | K::Colour
+                            | K::Red
+                            | K::Green
+                            | K::Blue
+                            | K::Filter
+                            | K::Transmit
+                            | K::Alpha
+                    )
+            }
+            Token::Name(symbol) => match self.scopes.get(symbol) {
+                Some(Value::Number(num)) => num.n >= 3,
+                Some(Value::Array(_)) => true,
+                _ => false,
+            },
+            _ => false,
+        })
+    }
+}
+
+/// `rgb` and its kin.
+pub(super) fn is_rgb(word: Keyword) -> bool {
+    use Keyword as K;
+    matches!(word, K::Rgb | K::Rgbf | K::Rgbt | K::Rgbft | K::Srgb | K::Srgbf | K::Srgbt | K::Srgbft)
+}
+
+/// Components as the scene description has them.
+pub(super) fn as_color([r, g, b, f, t]: [f64; 5]) -> Color {
+    Color { rgb: Rgb::new(r, g, b), filter: f, transmit: t }
+}

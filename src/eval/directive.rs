@@ -1,0 +1,411 @@
+//! Directives: what each does when evaluation meets it (manual section 3.2).
+
+use super::Stream;
+use super::machine::{FrameKind, Lexeme, Loop, Machine, Res, Stop};
+use super::scope::Place;
+use super::value::{Macro, Num, Value};
+use crate::lang::{Diagnostic, Directive, Mark, Symbol, Token};
+use std::sync::Arc;
+
+/// Floats nearer than this are equal to `=`, `#case` and the last turn of `#for` (measured: 1e-11 is, 1e-9 is not).
+pub(super) const EQUAL_WITHIN: f64 = 1e-10;
+
+impl Machine<'_> {
+    /// Carries out one directive; its word has been taken.
+    pub fn directive(&mut self, directive: Directive, jump: u32, at: Lexeme) -> Res<()> {
+        self.last = at;
+        match directive {
+            Directive::If => {
+                let holds = self.condition()?;
+                self.branch(holds, jump)
+            }
+            Directive::Ifdef | Directive::Ifndef => {
+                let declared = self.is_declared()?;
+                self.branch(declared == (directive == Directive::Ifdef), jump)
+            }
+            // Met by falling out of the branch before: the rest is not for us.
+            Directive::Elseif | Directive::Else => {
+                let end = self.chain_end(at.program, at.index);
+                self.jump(end + 1);
+                Ok(())
+            }
+            Directive::EndBranch | Directive::SwitchElse => Ok(()),
+            Directive::While => {
+                if !self.condition()? {
+                    self.jump(jump + 1);
+                }
+                Ok(())
+            }
+            Directive::EndWhile => {
+                self.jump(jump);
+                Ok(())
+            }
+            Directive::For => self.begin_for(jump),
+            Directive::EndFor => self.next_for(at),
+            Directive::Break => {
+                let tokens = &self.programs[at.program as usize].tokens;
+                if matches!(tokens[jump as usize], Token::Directive(Directive::EndFor, _)) {
+                    self.loops.pop();
+                }
+                self.jump(jump + 1);
+                Ok(())
+            }
+            Directive::Switch => self.switch(jump),
+            // Met by falling through from the case before: its bounds do not matter.
+            Directive::Case => self.condition_value().map(|_| ()),
+            Directive::Range => self.range().map(|_| ()),
+            Directive::Macro => self.define_macro(jump, at),
+            Directive::EndMacro => {
+                self.leave_frame();
+                Ok(())
+            }
+            Directive::Declare => self.deeper(|m| m.declare(false)),
+            Directive::Local => self.deeper(|m| m.declare(true)),
+            Directive::Undef => {
+                let (symbol, _) = self.raw_name("undef")?;
+                self.scopes.undef(symbol);
+                self.optional_semicolon();
+                Ok(())
+            }
+            Directive::Include => self.include(at),
+            Directive::Version => self.set_version(),
+            Directive::Default => self.deeper(|m| m.set_default()),
+            Directive::Debug => self.write_message(Stream::Debug),
+            Directive::Warning => self.write_message(Stream::Warning),
+            Directive::Render => self.write_message(Stream::Render),
+            Directive::Statistics => self.write_message(Stream::Statistics),
+            Directive::Error => {
+                let text = self.string()?;
+                self.say(Stream::Error, text.to_string());
+                let message = format!("the scene says: {}", text.trim());
+                Err(Stop::Halt(Some(Box::new(Diagnostic::error(message, self.span(at))))))
+            }
+            Directive::Fopen | Directive::Fclose | Directive::Read | Directive::Write => {
+                let message = format!("not modelled yet: `#{}`", directive.name());
+                Err(self.halt(message))
+            }
+        }
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // Branches
+
+    /// The number in parentheses after `#if`, `#while` and the like. Nothing after its `)` is looked at: it belongs
+    /// to the branch.
+    pub fn condition_value(&mut self) -> Res<Num> {
+        if self.peek()? == Token::Mark(Mark::OpenParen) {
+            self.next()?;
+            let value = self.deeper(|m| m.choice())?;
+            self.expect(Mark::CloseParen)?;
+            Ok(value)
+        } else {
+            self.factor()
+        }
+    }
+
+    fn condition(&mut self) -> Res<bool> {
+        let value = self.condition_value()?;
+        if value.n != 1 {
+            return Err(self.error_here("expected a float as condition, found a vector"));
+        }
+        Ok(value.is_true())
+    }
+
+    /// `(Name)` or `(Name[i])`.
+    fn is_declared(&mut self) -> Res<bool> {
+        self.expect_raw(Mark::OpenParen)?;
+        let expand = std::mem::replace(&mut self.expand, false);
+        let lexeme = self.next();
+        self.expand = expand;
+        let declared = match lexeme?.token {
+            Token::Name(symbol) => {
+                let mut place = self.scopes.place(symbol);
+                while self.peek()? == Token::Mark(Mark::OpenBracket) {
+                    let array = place.as_ref().and_then(|p| self.scopes.at(p)).cloned();
+                    let index = self.subscripts(array.as_ref())?;
+                    place = match (place, index) {
+                        (Some(mut place), Some(index)) => {
+                            place.path.push(index);
+                            Some(place)
+                        }
+                        _ => None,
+                    };
+                }
+                place.is_some_and(|place| self.scopes.at(&place).is_some())
+            }
+            Token::Word(_) => true,
+            _ => return Err(self.error_here("expected an identifier")),
+        };
+        self.expect(Mark::CloseParen)?;
+        Ok(declared)
+    }
+
+    /// An opening parenthesis after which a name is wanted as it stands.
+    pub fn expect_raw(&mut self, mark: Mark) -> Res<()> {
+        let expand = std::mem::replace(&mut self.expand, false);
+        let result = self.expect(mark);
+        self.expand = expand;
+        result.map(|_| ())
+    }
+
+    /// Goes on here if `holds`, else at the next branch that does.
+    fn branch(&mut self, holds: bool, jump: u32) -> Res<()> {
+        if holds {
+            return Ok(());
+        }
+        let Some(frame) = self.frames.last() else { return Ok(()) };
+        let next = self.programs[frame.program as usize].tokens[jump as usize];
+        self.jump(jump + 1);
+        match next {
+            Token::Directive(Directive::Elseif, next) => {
+                let holds = self.condition()?;
+                self.branch(holds, next)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The `#end` of the chain of branches that the one at `index` belongs to.
+    fn chain_end(&self, program: u32, mut index: u32) -> u32 {
+        let tokens = &self.programs[program as usize].tokens;
+        while let Token::Directive(Directive::Elseif | Directive::Else, jump) = tokens[index as usize] {
+            index = jump;
+        }
+        index
+    }
+
+    fn switch(&mut self, mut jump: u32) -> Res<()> {
+        let value = self.condition_value()?.v[0];
+        loop {
+            let Some(frame) = self.frames.last() else { return Ok(()) };
+            let branch = self.programs[frame.program as usize].tokens[jump as usize];
+            self.jump(jump + 1);
+            let (matches, next) = match branch {
+                Token::Directive(Directive::Case, next) => {
+                    ((self.condition_value()?.v[0] - value).abs() < EQUAL_WITHIN, next)
+                }
+                Token::Directive(Directive::Range, next) => {
+                    let (low, high) = self.range()?;
+                    (low <= value && value <= high, next)
+                }
+                _ => return Ok(()),
+            };
+            if matches {
+                return Ok(());
+            }
+            jump = next;
+        }
+    }
+
+    fn range(&mut self) -> Res<(f64, f64)> {
+        self.expect(Mark::OpenParen)?;
+        let low = self.float()?;
+        self.comma()?;
+        let high = self.float()?;
+        self.expect(Mark::CloseParen)?;
+        Ok((low, high))
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // Loops
+
+    fn begin_for(&mut self, end: u32) -> Res<()> {
+        self.expect_raw(Mark::OpenParen)?;
+        let (symbol, _) = self.raw_name("for")?;
+        self.expect(Mark::Comma)?;
+        let first = self.float()?;
+        self.expect(Mark::Comma)?;
+        let last = self.float()?;
+        let step = if self.accept(Mark::Comma)? { self.float()? } else { 1.0 };
+        if step.abs() < EQUAL_WITHIN {
+            return Err(self.error_here("the step of `#for` must not be 0"));
+        }
+        self.expect(Mark::CloseParen)?;
+        let value = Value::Number(Num::float(first));
+        match self.scopes.get(symbol) {
+            Some(_) => self.scopes.declare(symbol, value),
+            None => self.scopes.local(symbol, value),
+        }
+        let body = self.frames.last().map_or(end, |frame| frame.next);
+        self.loops.push(Loop { symbol, last, step, body });
+        self.turn(first, end + 1);
+        Ok(())
+    }
+
+    fn next_for(&mut self, at: Lexeme) -> Res<()> {
+        let Some(&Loop { symbol, step, body, .. }) = self.loops.last() else { return Ok(()) };
+        let value = match self.scopes.get(symbol) {
+            Some(Value::Number(num)) => num.v[0] + step,
+            _ => return Err(self.error_here("the variable of `#for` is no float any more")),
+        };
+        self.scopes.declare(symbol, Value::Number(Num::float(value)));
+        self.jump(body);
+        self.turn(value, at.index + 1);
+        Ok(())
+    }
+
+    /// Leaves the loop if the variable is past its end.
+    fn turn(&mut self, value: f64, exit: u32) {
+        let Some(Loop { last, step, .. }) = self.loops.last() else { return };
+        let go_on = if *step > 0.0 { value < last + EQUAL_WITHIN } else { value > last - EQUAL_WITHIN };
+        if !go_on {
+            self.loops.pop();
+            self.jump(exit);
+        }
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // Names
+
+    fn define_macro(&mut self, end: u32, at: Lexeme) -> Res<()> {
+        let (symbol, _) = self.raw_name("macro")?;
+        let expand = std::mem::replace(&mut self.expand, false);
+        let params = self.macro_parameters();
+        self.expand = expand;
+        let params = params.inspect_err(|_| self.jump(end + 1))?;
+        let body = self.frames.last().map_or(end, |frame| frame.next);
+        let value = Macro { name: symbol, params, program: at.program, body };
+        self.scopes.declare(symbol, Value::Macro(Arc::new(value)));
+        self.jump(end + 1);
+        Ok(())
+    }
+
+    fn macro_parameters(&mut self) -> Res<smallvec::SmallVec<[Symbol; 4]>> {
+        self.expect(Mark::OpenParen)?;
+        let mut params = smallvec::SmallVec::new();
+        loop {
+            self.comma()?;
+            match self.next()?.token {
+                Token::Mark(Mark::CloseParen) => return Ok(params),
+                Token::Name(symbol) => params.push(symbol),
+                Token::Word(word) => {
+                    let message = format!("`{}` is a keyword and cannot be a parameter", word.text());
+                    return Err(self.error_here(message));
+                }
+                _ => return Err(self.error_here("expected a parameter's name or `)`")),
+            }
+        }
+    }
+
+    /// A name that is wanted as it stands, whatever it stands for.
+    pub fn raw_name(&mut self, directive: &str) -> Res<(Symbol, Lexeme)> {
+        let expand = std::mem::replace(&mut self.expand, false);
+        let lexeme = self.next();
+        self.expand = expand;
+        let lexeme = lexeme?;
+        match lexeme.token {
+            Token::Name(symbol) => Ok((symbol, lexeme)),
+            Token::Word(word) => {
+                let message = format!("`{}` is a keyword and cannot be declared", word.text());
+                Err(self.error(message, self.span(lexeme)))
+            }
+            _ => {
+                let found = self.describe(lexeme);
+                Err(self
+                    .error(format!("expected a name after `#{directive}`, found {found}"), self.span(lexeme)))
+            }
+        }
+    }
+
+    /// `#declare Name[i] = value;`
+    fn declare(&mut self, local: bool) -> Res<()> {
+        let (symbol, at) = self.raw_name(if local { "local" } else { "declare" })?;
+        let mut element: Option<Place> = None;
+        while self.peek_raw() == Token::Mark(Mark::OpenBracket) {
+            let mut place = match element.take().or_else(|| self.scopes.place(symbol)) {
+                Some(place) => place,
+                None => return self.unknown(symbol, at),
+            };
+            let array = self.scopes.at(&place).cloned();
+            let Some(index) = self.subscripts(array.as_ref())? else {
+                let message = format!("`{}` has no such element", self.symbols.name(symbol));
+                return Err(self.error(message, self.span(at)));
+            };
+            place.path.push(index);
+            element = Some(place);
+        }
+        let outer = self.declaring.replace((self.braces, self.macros));
+        let value = self.expect(Mark::Equal).and_then(|_| self.rvalue());
+        self.declaring = outer;
+        let value = match value {
+            Ok(value) => value,
+            Err(stop) => {
+                // Whoever uses the name later should not be told again.
+                if element.is_none() && !matches!(stop, Stop::Halt(_)) {
+                    self.assign(symbol, local, Value::Poison);
+                }
+                return Err(stop);
+            }
+        };
+        let needs_semicolon = matches!(value, Value::Number(_));
+        match element {
+            Some(place) => {
+                if !self.scopes.set_at(&place, value) {
+                    let message =
+                        format!("`{}` is gone by the time its element is set", self.symbols.name(symbol));
+                    return Err(self.error(message, self.span(at)));
+                }
+            }
+            None => self.assign(symbol, local, value),
+        }
+        // POV-Ray insists since 3.5 and says nothing in older scenes.
+        if needs_semicolon && self.version > 3.1 && self.peek_raw() != Token::Mark(Mark::Semicolon) {
+            let found = self.describe_raw();
+            return Err(
+                self.error_here(format!("expected `;` after the value of a declaration, found {found}"))
+            );
+        }
+        self.optional_semicolon();
+        Ok(())
+    }
+
+    fn assign(&mut self, symbol: Symbol, local: bool, value: Value) {
+        if local {
+            self.scopes.local(symbol, value);
+        } else {
+            self.scopes.declare(symbol, value);
+        }
+    }
+
+    /// "undeclared identifier", with a suggestion.
+    pub fn unknown<T>(&self, symbol: Symbol, at: Lexeme) -> Res<T> {
+        let message = format!("undeclared identifier `{}`", self.symbols.name(symbol));
+        let mut diagnostic = Diagnostic::error(message, self.span(at));
+        diagnostic.help = self.suggestion(symbol);
+        Err(Stop::Error(Box::new(diagnostic)))
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // The rest
+
+    fn include(&mut self, at: Lexeme) -> Res<()> {
+        let name = self.file_name()?;
+        let program = self.find_include(&name, at)?;
+        self.enter_frame(program, 0, FrameKind::Include, Some(at))
+    }
+
+    fn set_version(&mut self) -> Res<()> {
+        let version = self.float()?;
+        self.optional_semicolon();
+        if !(1.0..=3.8).contains(&version) {
+            let message = format!("expected a version of POV-Ray up to 3.8, found {version}");
+            let span = self.span(self.last);
+            self.warn("version", message, span);
+        }
+        self.version = version;
+        self.version_set = true;
+        Ok(())
+    }
+
+    /// What `version` reads: 3.7 as long as nobody has set it.
+    pub fn version_read(&self) -> f64 {
+        if self.version_set { self.version } else { 3.7 }
+    }
+
+    fn write_message(&mut self, stream: Stream) -> Res<()> {
+        let text = self.string()?;
+        self.charge(text.len())?;
+        self.say(stream, text.to_string());
+        Ok(())
+    }
+}

@@ -1,0 +1,404 @@
+//! Numbers, vectors and colours: expressions (manual section 3.1.3 to 3.1.7).
+
+use super::machine::{Lexeme, Machine, Res, Stop};
+use super::scope::Slot;
+use super::value::{Array, Num, Value};
+use crate::lang::{Keyword, Mark, Token};
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::sync::Arc;
+
+use super::directive::EQUAL_WITHIN;
+
+impl Machine<'_> {
+    /// A float.
+    pub fn float(&mut self) -> Res<f64> {
+        let start = self.peek_lexeme()?;
+        let value = self.expr()?;
+        if value.n == 1 {
+            return Ok(value.v[0]);
+        }
+        let found = if value.n == 5 { "a colour" } else { "a vector" };
+        let span = self.span(start).to(self.span(self.last));
+        Err(self.error(format!("expected a float, found {found}"), span))
+    }
+
+    /// A 3-vector; a float stands for all three components.
+    pub fn vector(&mut self) -> Res<DVec3> {
+        let start = self.peek_lexeme()?;
+        let value = self.expr()?.xyz();
+        if !value.is_finite() {
+            let span = self.span(start).to(self.span(self.last));
+            return Err(self.error(format!("expected a finite vector, found {}", show(value)), span));
+        }
+        Ok(value)
+    }
+
+    /// A float that is finite.
+    pub fn finite(&mut self) -> Res<f64> {
+        let start = self.peek_lexeme()?;
+        let value = self.float()?;
+        if !value.is_finite() {
+            let span = self.span(start).to(self.span(self.last));
+            return Err(self.error(format!("expected a finite number, found {value}"), span));
+        }
+        Ok(value)
+    }
+
+    /// Sums of products.
+    pub fn expr(&mut self) -> Res<Num> {
+        let first = self.factor()?;
+        self.expr_from(first)
+    }
+
+    /// The rest of an expression whose first factor has been read.
+    pub fn expr_from(&mut self, first: Num) -> Res<Num> {
+        let mut sum = self.term_from(first)?;
+        loop {
+            let Token::Mark(mark @ (Mark::Plus | Mark::Minus)) = self.peek()? else { return Ok(sum) };
+            self.next()?;
+            let right = self.factor()?;
+            let right = self.term_from(right)?;
+            sum =
+                if mark == Mark::Plus { sum.zip(right, |a, b| a + b) } else { sum.zip(right, |a, b| a - b) };
+        }
+    }
+
+    fn term_from(&mut self, first: Num) -> Res<Num> {
+        let mut product = self.suffix(first)?;
+        loop {
+            let Token::Mark(mark @ (Mark::Star | Mark::Slash)) = self.peek()? else { return Ok(product) };
+            self.next()?;
+            let right = self.factor()?;
+            product = if mark == Mark::Star {
+                product.zip(right, |a, b| a * b)
+            } else {
+                product.zip(right, |a, b| a / b)
+            };
+        }
+    }
+
+    /// `.x`, `.red` and the like, any number of times.
+    fn suffix(&mut self, mut value: Num) -> Res<Num> {
+        while self.peek()? == Token::Mark(Mark::Dot) {
+            self.next()?;
+            let lexeme = self.next()?;
+            let component = match lexeme.token {
+                Token::Word(Keyword::X | Keyword::U | Keyword::Red) => 0,
+                Token::Word(Keyword::Y | Keyword::V | Keyword::Green) => 1,
+                Token::Word(Keyword::Z | Keyword::Blue) => 2,
+                Token::Word(Keyword::T | Keyword::Filter) => 3,
+                Token::Word(Keyword::Transmit) => 4,
+                Token::Word(Keyword::Gray) => {
+                    let c = value.promoted(3);
+                    value = Num::float(0.297 * c[0] + 0.589 * c[1] + 0.114 * c[2]);
+                    continue;
+                }
+                _ => return Err(self.error_here("expected a component such as `x` or `red` after `.`")),
+            };
+            value = Num::float(value.promoted(5)[component]);
+        }
+        Ok(value)
+    }
+
+    /// A number, vector, name, call or parenthesis, with the signs before it and the `.x` behind.
+    pub fn factor(&mut self) -> Res<Num> {
+        let value = match self.peek()? {
+            Token::Number(value) => {
+                self.next()?;
+                return Ok(Num::float(value));
+            }
+            Token::Vector(first, count) => {
+                let lexeme = self.next()?;
+                let numbers = &self.programs[lexeme.program as usize].numbers;
+                let mut v = [0.0; 5];
+                match numbers[first as usize..][..usize::from(count)] {
+                    [a, b, c] => v[..3].copy_from_slice(&[a, b, c]),
+                    ref numbers if count <= 5 => v[..usize::from(count)].copy_from_slice(numbers),
+                    _ => {
+                        return Err(
+                            self.error_here(format!("a vector has at most 5 components, found {count}"))
+                        );
+                    }
+                }
+                Num { n: count as u8, v }
+            }
+            Token::Mark(Mark::Less) => self.vector_literal()?,
+            Token::Mark(Mark::OpenParen) => {
+                self.next()?;
+                let value = self.deeper(|m| m.choice())?;
+                self.expect(Mark::CloseParen)?;
+                value
+            }
+            Token::Mark(mark @ (Mark::Minus | Mark::Plus | Mark::Not)) => {
+                self.next()?;
+                let value = self.deeper(|m| m.factor())?;
+                return Ok(match mark {
+                    Mark::Minus => value.map(|v| -v),
+                    Mark::Not => value.map(|v| f64::from(v == 0.0)),
+                    _ => value,
+                });
+            }
+            Token::Name(_) => {
+                let lexeme = self.next()?;
+                match self.name_value(lexeme)? {
+                    Value::Number(num) => num,
+                    Value::Function(function) if self.peek()? == Token::Mark(Mark::OpenParen) => {
+                        self.call_function(&function)?
+                    }
+                    Value::Poison => return Err(Stop::Silent),
+                    other => {
+                        let name = self.sources.text(self.span(lexeme));
+                        let message =
+                            format!("expected a number or a vector, found {} `{name}`", other.kind());
+                        return Err(self.error(message, self.span(lexeme)));
+                    }
+                }
+            }
+            Token::Word(word) => match self.builtin(word)? {
+                Some(value) => value,
+                None => return self.expected("a number or a vector"),
+            },
+            _ => return self.expected("a number or a vector"),
+        };
+        self.suffix(value)
+    }
+
+    /// `<a, b, c>`; commas may be left out.
+    fn vector_literal(&mut self) -> Res<Num> {
+        self.deeper(|m| {
+            let open = m.next()?;
+            let mut num = Num { n: 0, v: [0.0; 5] };
+            loop {
+                if m.peek()? == Token::Mark(Mark::Greater) && num.n >= 2 {
+                    m.next()?;
+                    return Ok(num);
+                }
+                if num.n == 5 {
+                    let found = m.describe_peeked()?;
+                    return Err(m.error_at_next(format!("expected `>` after 5 components, found {found}")));
+                }
+                if m.peek()? == Token::End {
+                    return Err(m.error("this `<` is never closed", m.span(open)));
+                }
+                num.v[num.n as usize] = m.float()?;
+                num.n += 1;
+                m.comma()?;
+            }
+        })
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // Inside parentheses
+
+    /// `a ? b : c`, or what may stand before `?`. Both sides are evaluated, as POV-Ray does.
+    pub fn choice(&mut self) -> Res<Num> {
+        let value = self.logical()?;
+        if !self.accept(Mark::Question)? {
+            return Ok(value);
+        }
+        self.deeper(|m| {
+            let yes = m.choice()?;
+            m.expect(Mark::Colon)?;
+            let no = m.choice()?;
+            Ok(if value.is_true() { yes } else { no })
+        })
+    }
+
+    /// `&` and `|`: of equal rank, from left to right.
+    fn logical(&mut self) -> Res<Num> {
+        let mut value = self.relation()?;
+        loop {
+            let Token::Mark(mark @ (Mark::And | Mark::Or)) = self.peek()? else { return Ok(value) };
+            self.next()?;
+            let right = self.relation()?.is_true();
+            let holds = if mark == Mark::And { value.is_true() && right } else { value.is_true() || right };
+            value = Num::float(f64::from(holds));
+        }
+    }
+
+    fn relation(&mut self) -> Res<Num> {
+        let mut value = self.expr()?;
+        loop {
+            let Token::Mark(
+                mark @ (Mark::Less
+                | Mark::LessEqual
+                | Mark::Equal
+                | Mark::NotEqual
+                | Mark::GreaterEqual
+                | Mark::Greater),
+            ) = self.peek()?
+            else {
+                return Ok(value);
+            };
+            let at = self.next()?;
+            let right = self.expr()?;
+            if value.n > 1 || right.n > 1 {
+                let message = format!("`{}` compares floats, found a vector", mark.text());
+                return Err(self.error(message, self.span(at)));
+            }
+            let (a, b) = (value.v[0], right.v[0]);
+            let holds = match mark {
+                Mark::Less => a < b,
+                Mark::LessEqual => a <= b,
+                Mark::Equal => (a - b).abs() < EQUAL_WITHIN,
+                Mark::NotEqual => (a - b).abs() >= EQUAL_WITHIN,
+                Mark::GreaterEqual => a >= b,
+                _ => a > b,
+            };
+            value = Num::float(f64::from(holds));
+        }
+    }
+
+    // ----------------------------------------------------------------------------------------------------------
+    // Values of any kind
+
+    /// The value of a name that has just been taken, with the subscripts that follow it.
+    pub fn name_value(&mut self, lexeme: Lexeme) -> Res<Value> {
+        let Token::Name(symbol) = lexeme.token else { return self.expected("a name") };
+        let Some(value) = self.scopes.get(symbol) else { return self.unknown(symbol, lexeme) };
+        match value {
+            Value::Number(num) => Ok(Value::Number(*num)),
+            Value::Array(_) => {
+                let mut value = value.clone();
+                while matches!(value, Value::Array(_)) && self.peek()? == Token::Mark(Mark::OpenBracket) {
+                    let index = self.subscripts(Some(&value))?;
+                    let Value::Array(array) = &value else { break };
+                    value = match index.and_then(|index| array.items[index].clone()) {
+                        Some(item) => item,
+                        None => {
+                            let name = self.symbols.name(symbol);
+                            let message = format!("this element of `{name}` has never been set");
+                            return Err(self.error(message, self.span(lexeme)));
+                        }
+                    };
+                }
+                Ok(value)
+            }
+            value => Ok(value.clone()),
+        }
+    }
+
+    /// `[i][j]`: as many subscripts as the array has dimensions; the element's flat index. `None` if `array` is none.
+    pub fn subscripts(&mut self, array: Option<&Value>) -> Res<Option<usize>> {
+        let Some(Value::Array(array)) = array else {
+            self.expect(Mark::OpenBracket)?;
+            self.float()?;
+            self.expect(Mark::CloseBracket)?;
+            return Ok(None);
+        };
+        let mut flat = 0;
+        for &size in &array.dims {
+            let open = self.expect(Mark::OpenBracket)?;
+            // POV-Ray truncates; the small step is against 0.1 * 30 being 2.9999999999999996.
+            let index = (self.float()? + EQUAL_WITHIN).floor();
+            let close = self.expect(Mark::CloseBracket)?;
+            if !(index >= 0.0 && index < size as f64) {
+                let span = self.span(open).to(self.span(close));
+                return Err(self.error(format!("subscript {index} is not in 0..{}", size - 1), span));
+            }
+            flat = flat * size + index as usize;
+        }
+        Ok(Some(flat))
+    }
+
+    /// What may stand to the right of `#declare Name =`.
+    pub fn rvalue(&mut self) -> Res<Value> {
+        self.deeper(|m| match m.peek()? {
+            Token::Name(_) => {
+                let lexeme = m.next()?;
+                match m.name_value(lexeme)? {
+                    Value::Number(num) => Ok(Value::Number(m.expr_from(num)?)),
+                    Value::Function(function) if m.peek()? == Token::Mark(Mark::OpenParen) => {
+                        let first = m.call_function(&function)?;
+                        Ok(Value::Number(m.expr_from(first)?))
+                    }
+                    Value::Poison => Err(Stop::Silent),
+                    other => Ok(other),
+                }
+            }
+            Token::String(_) => Ok(Value::String(m.string()?)),
+            Token::Word(word) => m.word_value(word),
+            _ => Ok(Value::Number(m.expr()?)),
+        })
+    }
+
+    /// A macro's argument. A bare name or array element is handed over by reference, anything else by value.
+    pub fn argument(&mut self) -> Res<Slot> {
+        let Token::Name(symbol) = self.peek()? else { return Ok(Slot::Value(self.rvalue()?)) };
+        let lexeme = self.next()?;
+        let Some(mut place) = self.scopes.place(symbol) else { return self.unknown(symbol, lexeme) };
+        while self.peek()? == Token::Mark(Mark::OpenBracket) {
+            let array = self.scopes.at(&place).cloned();
+            let Some(index) = self.subscripts(array.as_ref())? else {
+                return Err(self.error("this has no such element", self.span(lexeme)));
+            };
+            place.path.push(index);
+        }
+        let next = self.peek()?;
+        match self.scopes.at(&place) {
+            Some(Value::Poison) => Err(Stop::Silent),
+            Some(Value::Number(num)) => {
+                let num = *num;
+                use Mark::{Dot, Minus, Plus, Slash, Star};
+                match next {
+                    Token::Mark(Plus | Minus | Star | Slash | Dot) => {
+                        Ok(Slot::Value(Value::Number(self.expr_from(num)?)))
+                    }
+                    _ => Ok(Slot::Reference(place)),
+                }
+            }
+            Some(Value::Function(function)) if next == Token::Mark(Mark::OpenParen) => {
+                let function = function.clone();
+                let first = self.call_function(&function)?;
+                Ok(Slot::Value(Value::Number(self.expr_from(first)?)))
+            }
+            _ => Ok(Slot::Reference(place)),
+        }
+    }
+
+    /// `array[2][3] {{...}, {...}}`; the word has been taken.
+    pub fn array(&mut self) -> Res<Value> {
+        let mut dims: SmallVec<[usize; 2]> = SmallVec::new();
+        while self.peek()? == Token::Mark(Mark::OpenBracket) {
+            self.next()?;
+            let size = (self.float()? + EQUAL_WITHIN).floor();
+            if !(size >= 1.0) || dims.len() == 5 {
+                return Err(self.error_here("an array has 1 to 5 dimensions, each of at least 1 element"));
+            }
+            dims.push(if size > 1e15 { usize::MAX / 64 } else { size as usize });
+            self.expect(Mark::CloseBracket)?;
+        }
+        if dims.is_empty() {
+            return self.expected("`[` and the size of the array");
+        }
+        let count = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).unwrap_or(usize::MAX);
+        self.charge(count.saturating_mul(std::mem::size_of::<Option<Value>>()))?;
+        let mut items = vec![None; count];
+        if self.peek()? == Token::Mark(Mark::OpenBrace) {
+            self.initialise(&dims, &mut items)?;
+        }
+        Ok(Value::Array(Arc::new(Array { dims, items })))
+    }
+
+    fn initialise(&mut self, dims: &[usize], items: &mut [Option<Value>]) -> Res<()> {
+        let open = self.open("array")?;
+        let part = items.len() / dims[0];
+        for row in items.chunks_mut(part) {
+            if self.peek()? == Token::Mark(Mark::CloseBrace) {
+                break;
+            }
+            match dims.len() {
+                1 => row[0] = Some(self.rvalue()?),
+                _ => self.initialise(&dims[1..], row)?,
+            }
+            self.comma()?;
+        }
+        self.close("array", open)
+    }
+}
+
+/// A vector as the language writes it.
+pub(super) fn show(v: DVec3) -> String {
+    format!("<{}, {}, {}>", v.x, v.y, v.z)
+}

@@ -1,0 +1,206 @@
+//! `light_source { ... }` (manual section 3.4.4).
+
+use super::machine::{Machine, Res};
+use super::value::{Lacks, ObjectValue, Value};
+use crate::lang::{Keyword, Token};
+use crate::scene::{Fade, Light, LightKind, Object, Rgb, Transform};
+use glam::DVec3;
+
+/// A light's words before its kind is known.
+struct Draft {
+    light: Light,
+    spot: bool,
+    cylinder: bool,
+    radius: Option<f64>,
+    falloff: Option<f64>,
+    tightness: f64,
+    fade_distance: f64,
+    fade_power: f64,
+    looks_like: Option<Object>,
+    lacks: Lacks,
+}
+
+impl Machine<'_> {
+    /// The block behind `light_source`.
+    pub fn light(&mut self) -> Res<ObjectValue> {
+        let open = self.open("light_source")?;
+        let named = self.take_named(|value| match value {
+            Value::Object(object) if !object.lights.is_empty() => Some(ObjectValue::clone(object)),
+            _ => None,
+        })?;
+        if let Some(mut value) = named {
+            while self.modifier(&mut value)? {}
+            self.close("light_source", open)?;
+            return Ok(value);
+        }
+        let location = self.vector()?;
+        self.comma()?;
+        let color: Rgb = self.rgb()?;
+        let mut draft = Draft {
+            light: Light {
+                location,
+                color,
+                kind: LightKind::Point,
+                point_at: DVec3::Z,
+                parallel: false,
+                shadowless: false,
+                fade: None,
+            },
+            spot: false,
+            cylinder: false,
+            radius: None,
+            falloff: None,
+            tightness: 0.0,
+            fade_distance: 0.0,
+            fade_power: 0.0,
+            looks_like: None,
+            lacks: Lacks::default(),
+        };
+        self.comma()?;
+        while self.light_item(&mut draft)? {}
+        self.close("light_source", open)?;
+        Ok(draft.finish())
+    }
+
+    fn light_item(&mut self, draft: &mut Draft) -> Res<bool> {
+        use Keyword as K;
+        let Token::Word(word) = self.peek()? else { return Ok(false) };
+        if let Some(transform) = self.transform_item(word)? {
+            draft.transform(&transform);
+            return Ok(true);
+        }
+        let at = self.peek_lexeme()?;
+        match word {
+            K::Spotlight => {
+                self.next()?;
+                draft.spot = true;
+            }
+            K::Cylinder => {
+                self.next()?;
+                draft.cylinder = true;
+            }
+            K::Parallel => {
+                self.next()?;
+                draft.light.parallel = true;
+            }
+            K::Shadowless => {
+                self.next()?;
+                draft.light.shadowless = true;
+            }
+            K::PointAt => {
+                self.next()?;
+                draft.light.point_at = self.vector()?;
+            }
+            K::Radius => {
+                self.next()?;
+                draft.radius = Some(self.finite()?);
+            }
+            K::Falloff => {
+                self.next()?;
+                draft.falloff = Some(self.finite()?);
+            }
+            K::Tightness => {
+                self.next()?;
+                draft.tightness = self.finite()?;
+            }
+            K::FadeDistance => {
+                self.next()?;
+                draft.fade_distance = self.finite()?;
+            }
+            K::FadePower => {
+                self.next()?;
+                draft.fade_power = self.finite()?;
+            }
+            K::AreaLight => {
+                self.next()?;
+                draft.lacks.add(&self.lack("area_light", at));
+                self.vector()?;
+                self.comma()?;
+                self.vector()?;
+                self.comma()?;
+                self.float()?;
+                self.comma()?;
+                self.float()?;
+            }
+            // Details of an area light.
+            K::Adaptive => {
+                self.next()?;
+                self.float()?;
+            }
+            K::Jitter | K::Circular | K::Orient => {
+                self.next()?;
+            }
+            K::AreaIllumination => {
+                self.next()?;
+                self.switch_value()?;
+            }
+            // Of meaning only where there are media.
+            K::MediaInteraction | K::MediaAttenuation => {
+                self.next()?;
+                self.switch_value()?;
+            }
+            K::LooksLike => {
+                self.next()?;
+                let open = self.open("looks_like")?;
+                let named = self.take_named(|value| match value {
+                    Value::Object(object) => Some(ObjectValue::clone(object)),
+                    _ => None,
+                })?;
+                let mut value = match named {
+                    Some(value) => value,
+                    None => match self.object()? {
+                        Some(value) => value,
+                        None => return self.expected("an object"),
+                    },
+                };
+                while self.modifier(&mut value)? {}
+                self.close("looks_like", open)?;
+                draft.lacks.add(&value.lacks);
+                draft.looks_like = value.object.map(|object| {
+                    let mut object = object.transformed(&Transform::translate(draft.light.location));
+                    object.flags.no_shadow = true;
+                    object
+                });
+            }
+            K::ProjectedThrough => {
+                self.next()?;
+                draft.lacks.add(&self.lack_with_block(word, at)?);
+            }
+            K::Photons => {
+                self.next()?;
+                self.block_left_out("photons")?;
+                self.note("hint", "ignored: `photons` of a light", self.span(at));
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+impl Draft {
+    fn transform(&mut self, transform: &Transform) {
+        self.light.location = transform.point(self.light.location);
+        self.light.point_at = transform.point(self.light.point_at);
+        self.looks_like = self.looks_like.take().map(|object| object.transformed(transform));
+    }
+
+    fn finish(mut self) -> ObjectValue {
+        if self.spot {
+            self.light.kind = LightKind::Spot {
+                radius: self.radius.unwrap_or(30.0).to_radians(),
+                falloff: self.falloff.unwrap_or(45.0).to_radians(),
+                tightness: self.tightness,
+            };
+        } else if self.cylinder {
+            self.light.kind = LightKind::Cylinder {
+                radius: self.radius.unwrap_or(0.75),
+                falloff: self.falloff.unwrap_or(1.0),
+                tightness: self.tightness,
+            };
+        }
+        if self.fade_power > 0.0 && self.fade_distance.abs() > 1e-10 {
+            self.light.fade = Some(Fade { distance: self.fade_distance, power: self.fade_power });
+        }
+        ObjectValue { object: self.looks_like, lights: vec![self.light], lacks: self.lacks }
+    }
+}

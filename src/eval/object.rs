@@ -1,0 +1,348 @@
+//! Objects: modifiers, constructive geometry, placing (manual sections 3.4.5 and 3.4.8).
+
+use super::machine::{Lexeme, Machine, Res};
+use super::texture::layer_over;
+use super::value::{Lacks, ObjectValue, Value, With};
+use crate::lang::{Keyword, Token};
+use crate::scene::{CsgOp, Object, Shape, Texture, Transform};
+use std::sync::Arc;
+
+/// Bytes that an object takes, roughly, with its texture; for the memory limit.
+const OBJECT_BYTES: usize = 1500;
+
+impl Machine<'_> {
+    /// Reads an object if one is next; `None` (and nothing taken) if not.
+    pub fn object(&mut self) -> Res<Option<ObjectValue>> {
+        let Token::Word(word) = self.peek()? else { return Ok(None) };
+        if !is_object(word) {
+            return Ok(None);
+        }
+        self.charge(OBJECT_BYTES)?;
+        self.deeper(|m| {
+            let at = m.next()?;
+            m.object_block(word, at).map(Some)
+        })
+    }
+
+    fn object_block(&mut self, word: Keyword, at: Lexeme) -> Res<ObjectValue> {
+        if word == Keyword::LightSource {
+            return self.light();
+        }
+        let what = word.text();
+        let open = self.open(what)?;
+        let named = self.take_named(|value| match value {
+            Value::Object(object) => Some(ObjectValue::clone(object)),
+            _ => None,
+        })?;
+        let mut value = match named {
+            Some(value) => value,
+            None => match word {
+                Keyword::Object => match self.object()? {
+                    Some(value) => value,
+                    None => return self.expected("an object or the name of one"),
+                },
+                Keyword::Union => self.csg(CsgOp::Union, at)?,
+                Keyword::Merge => self.csg(CsgOp::Merge, at)?,
+                Keyword::Intersection => self.csg(CsgOp::Intersection, at)?,
+                Keyword::Difference => self.csg(CsgOp::Difference, at)?,
+                Keyword::Mesh => self.mesh(at)?,
+                Keyword::Mesh2 => self.mesh2(at)?,
+                _ => match self.shape(word, at)? {
+                    Some(value) => value,
+                    None => {
+                        // Not modelled: the whole block with its modifiers goes.
+                        let lacks = self.lack(what, at);
+                        self.skip_block(what, open)?;
+                        return Ok(ObjectValue { object: None, lights: Vec::new(), lacks });
+                    }
+                },
+            },
+        };
+        while self.modifier(&mut value)? {}
+        self.close(what, open)?;
+        Ok(value)
+    }
+
+    /// The children of a composite.
+    fn csg(&mut self, op: CsgOp, at: Lexeme) -> Res<ObjectValue> {
+        let mut children = Vec::new();
+        let mut lights = Vec::new();
+        let mut lacks = Lacks::default();
+        let mut cutters_missing = false;
+        while let Some(child) = self.object()? {
+            cutters_missing |= child.object.is_none() && child.lights.is_empty();
+            children.extend(child.object.map(Arc::new));
+            lights.extend(child.lights);
+            lacks.add(&child.lacks);
+        }
+        let span = self.span(at);
+        if children.len() == 1 && lights.is_empty() && !cutters_missing {
+            self.warn(
+                "csg of one",
+                format!("a `{}` of one object", self.sources.text(span).to_owned()),
+                span,
+            );
+        }
+        if children.is_empty() && lights.is_empty() && !cutters_missing {
+            self.warn("empty csg", format!("a `{}` of nothing", self.sources.text(span).to_owned()), span);
+        }
+        let object =
+            (!children.is_empty()).then(|| Object::new(Shape::Csg { op, children, cutaway_textures: false }));
+        Ok(ObjectValue { object, lights, lacks })
+    }
+
+    /// One modifier of an object. False if the next token is none.
+    pub fn modifier(&mut self, value: &mut ObjectValue) -> Res<bool> {
+        use Keyword as K;
+        let Token::Word(word) = self.peek()? else { return Ok(false) };
+        if let Some(transform) = self.transform_item(word)? {
+            value.transform(&transform);
+            return Ok(true);
+        }
+        let at = self.peek_lexeme()?;
+        // What is said of a shape that is not there is read all the same.
+        let mut nothing = Object::new(Shape::Sphere { center: glam::DVec3::ZERO, radius: 1.0 });
+        let lacks = &mut value.lacks;
+        let object = value.object.as_mut().unwrap_or(&mut nothing);
+        match word {
+            K::Texture => {
+                self.next()?;
+                let texture = self.texture()?;
+                self.add_layer(&mut object.texture, lacks, texture);
+            }
+            K::InteriorTexture => {
+                self.next()?;
+                let texture = self.texture()?;
+                self.add_layer(&mut object.interior_texture, lacks, texture);
+            }
+            K::Pigment | K::Finish | K::Normal => {
+                let mut texture = match &object.texture {
+                    Some(texture) => With::new(Texture::clone(texture)),
+                    None => self.default_texture.clone(),
+                };
+                let result = self.surface_item(word, &mut texture);
+                lacks.add(&texture.lacks);
+                object.texture = Some(Arc::new(texture.value));
+                result?;
+            }
+            K::Interior => {
+                self.next()?;
+                let interior = self.interior()?;
+                lacks.add(&interior.lacks);
+                object.interior = Some(interior.value);
+            }
+            K::Material => {
+                self.next()?;
+                let material = self.material()?;
+                if let Some(texture) = material.texture {
+                    self.add_layer(&mut object.texture, lacks, texture);
+                }
+                if let Some(texture) = material.interior_texture {
+                    self.add_layer(&mut object.interior_texture, lacks, texture);
+                }
+                if let Some(interior) = material.interior {
+                    lacks.add(&interior.lacks);
+                    object.interior = Some(interior.value);
+                }
+            }
+            K::ClippedBy | K::BoundedBy => {
+                self.next()?;
+                let open = self.open(word.text())?;
+                let mut helpers = Vec::new();
+                let other = if word == K::ClippedBy { K::BoundedBy } else { K::ClippedBy };
+                if self.accept_word(other)? {
+                    helpers = if word == K::ClippedBy {
+                        object.bounded_by.clone()
+                    } else {
+                        object.clipped_by.clone()
+                    };
+                }
+                while let Some(helper) = self.helper(lacks)? {
+                    helpers.extend(helper);
+                }
+                self.close(word.text(), open)?;
+                if word == K::ClippedBy {
+                    object.clipped_by.append(&mut helpers);
+                } else {
+                    object.bounded_by.append(&mut helpers);
+                }
+            }
+            K::NoShadow => {
+                self.next()?;
+                object.flags.no_shadow = true;
+            }
+            K::NoImage => {
+                self.next()?;
+                object.flags.no_image = self.switch_value()?;
+            }
+            K::NoReflection => {
+                self.next()?;
+                object.flags.no_reflection = self.switch_value()?;
+            }
+            K::Hollow => {
+                self.next()?;
+                object.flags.hollow = self.switch_value()?;
+            }
+            K::DoubleIlluminate => {
+                self.next()?;
+                object.flags.double_illuminate = self.switch_value()?;
+            }
+            K::Inverse => {
+                self.next()?;
+                object.flags.inverse = !object.flags.inverse;
+            }
+            K::CutawayTextures => {
+                self.next()?;
+                if let Shape::Csg { cutaway_textures, .. } = &mut object.shape {
+                    *cutaway_textures = true;
+                }
+            }
+            K::Open => {
+                self.next()?;
+                if let Shape::Cone { open, .. } = &mut object.shape {
+                    *open = true;
+                }
+            }
+            // Hints that change no picture of ours.
+            K::Sturm | K::Hierarchy | K::NoRadiosity | K::SplitUnion | K::NoBumpScale => {
+                self.next()?;
+                self.switch_value()?;
+            }
+            K::Photons | K::Radiosity => {
+                self.next()?;
+                self.block_left_out(word.text())?;
+                self.note("hint", format!("ignored: `{}` of an object", word.text()), self.span(at));
+            }
+            K::UvMapping => {
+                self.next()?;
+                self.switch_value()?;
+                lacks.add(&self.lack("uv_mapping", at));
+            }
+            // A very old form of `quick_color`.
+            K::Color | K::Colour => {
+                self.color()?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// An object within `clipped_by` or `bounded_by`.
+    fn helper(&mut self, lacks: &mut Lacks) -> Res<Option<Option<Arc<Object>>>> {
+        let named = self.take_named(|value| match value {
+            Value::Object(object) => Some(ObjectValue::clone(object)),
+            _ => None,
+        })?;
+        let helper = match named {
+            Some(value) => value,
+            None => match self.object()? {
+                Some(value) => value,
+                None => return Ok(None),
+            },
+        };
+        lacks.add(&helper.lacks);
+        Ok(Some(helper.object.map(Arc::new)))
+    }
+
+    /// Another texture over those that the object has.
+    fn add_layer(&mut self, slot: &mut Option<Arc<Texture>>, lacks: &mut Lacks, texture: With<Texture>) {
+        lacks.add(&texture.lacks);
+        let mut layers = slot.take().map(|texture| With::new(Texture::clone(&texture)));
+        layer_over(&mut layers, texture);
+        *slot = layers.map(|layers| Arc::new(layers.value));
+    }
+
+    /// Puts an object and its lights into the scene.
+    pub fn place(&mut self, value: ObjectValue) {
+        self.miss(&value.lacks);
+        self.scene.lights.extend(value.lights);
+        if let Some(mut object) = value.object {
+            if object.texture.is_none() {
+                let lacks = self.default_texture.lacks.clone();
+                self.miss(&lacks);
+                object.texture = Some(self.shared_default());
+            }
+            self.scene.objects.push(Arc::new(object));
+        }
+    }
+
+    fn shared_default(&mut self) -> Arc<Texture> {
+        match &self.default_shared {
+            Some(texture) => texture.clone(),
+            None => {
+                let texture = Arc::new(self.default_texture.value.clone());
+                self.default_shared = Some(texture.clone());
+                texture
+            }
+        }
+    }
+}
+
+impl ObjectValue {
+    /// Moves the object and its lights.
+    pub fn transform(&mut self, transform: &Transform) {
+        self.object = self.object.take().map(|object| object.transformed(transform));
+        for light in &mut self.lights {
+            light.location = transform.point(light.location);
+            light.point_at = transform.point(light.point_at);
+        }
+    }
+}
+
+impl From<Object> for ObjectValue {
+    fn from(object: Object) -> Self {
+        Self { object: Some(object), lights: Vec::new(), lacks: Lacks::default() }
+    }
+}
+
+impl From<Shape> for ObjectValue {
+    fn from(shape: Shape) -> Self {
+        Object::new(shape).into()
+    }
+}
+
+/// Words that begin an object.
+pub(super) fn is_object(word: Keyword) -> bool {
+    use Keyword as K;
+    matches!(
+        word,
+        K::Object
+            | K::Union
+            | K::Merge
+            | K::Intersection
+            | K::Difference
+            | K::Composite
+            | K::Sphere
+            | K::Plane
+            | K::Box
+            | K::Cylinder
+            | K::Cone
+            | K::Disc
+            | K::Torus
+            | K::Triangle
+            | K::SmoothTriangle
+            | K::Polygon
+            | K::Mesh
+            | K::Mesh2
+            | K::LightSource
+            | K::BicubicPatch
+            | K::Blob
+            | K::Cubic
+            | K::HeightField
+            | K::Isosurface
+            | K::JuliaFractal
+            | K::Lathe
+            | K::LightGroup
+            | K::Ovus
+            | K::Parametric
+            | K::Poly
+            | K::Polynomial
+            | K::Prism
+            | K::Quadric
+            | K::Quartic
+            | K::Sor
+            | K::SphereSweep
+            | K::Superellipsoid
+            | K::Text
+    )
+}

@@ -1,0 +1,163 @@
+//! Names and what they stand for: dynamic scopes.
+//!
+//! Every include and every macro call is a scope. A name means its innermost binding, whoever made it; `#declare`
+//! rewrites that binding, `#local` makes one in the scope itself. So each name has a stack of bindings, and
+//! looking a name up is one step however deep the calls are.
+
+use super::value::Value;
+use crate::lang::Symbol;
+use smallvec::SmallVec;
+use std::sync::Arc;
+
+/// The bindings of all names.
+#[derive(Debug, Default)]
+pub(super) struct Scopes {
+    /// By symbol, outermost binding first.
+    bindings: Vec<SmallVec<[Binding; 1]>>,
+    /// For each open scope but the outermost, the names bound in it.
+    locals: Vec<Vec<Symbol>>,
+}
+
+#[derive(Debug)]
+struct Binding {
+    scope: u32,
+    slot: Slot,
+}
+
+/// What a binding holds.
+#[derive(Debug, Clone)]
+pub(super) enum Slot {
+    Value(Value),
+    /// A macro's parameter that stands for a variable of the caller's.
+    Reference(Place),
+}
+
+/// A variable or an element of one; stays valid while the scope that made it is open.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub symbol: Symbol,
+    /// Which of the name's bindings.
+    binding: usize,
+    /// The flat index in each array on the way down.
+    pub path: SmallVec<[usize; 2]>,
+}
+
+impl Scopes {
+    pub fn push(&mut self) {
+        self.locals.push(Vec::new());
+    }
+
+    pub fn pop(&mut self) {
+        for symbol in self.locals.pop().unwrap_or_default() {
+            let depth = self.locals.len() as u32 + 1;
+            let stack = &mut self.bindings[symbol.0 as usize];
+            if stack.last().is_some_and(|binding| binding.scope == depth) {
+                stack.pop();
+            }
+        }
+    }
+
+    /// The names that are bound, for suggestions.
+    pub fn names(&self) -> impl Iterator<Item = Symbol> + '_ {
+        self.bindings.iter().enumerate().filter(|(_, stack)| !stack.is_empty()).map(|(i, _)| Symbol(i as u32))
+    }
+
+    /// The innermost value of a name.
+    #[inline]
+    pub fn get(&self, symbol: Symbol) -> Option<&Value> {
+        match &self.bindings.get(symbol.0 as usize)?.last()?.slot {
+            Slot::Value(value) => Some(value),
+            Slot::Reference(place) => self.at(place),
+        }
+    }
+
+    /// The place that a name stands for; `None` if it stands for nothing.
+    pub fn place(&self, symbol: Symbol) -> Option<Place> {
+        let stack = self.bindings.get(symbol.0 as usize)?;
+        match &stack.last()?.slot {
+            Slot::Value(_) => Some(Place { symbol, binding: stack.len() - 1, path: SmallVec::new() }),
+            Slot::Reference(place) => Some(place.clone()),
+        }
+    }
+
+    /// The value at a place.
+    pub fn at(&self, place: &Place) -> Option<&Value> {
+        let Slot::Value(value) = &self.bindings.get(place.symbol.0 as usize)?.get(place.binding)?.slot else {
+            return None;
+        };
+        let mut value = value;
+        for &index in &place.path {
+            let Value::Array(array) = value else { return None };
+            value = array.items.get(index)?.as_ref()?;
+        }
+        Some(value)
+    }
+
+    /// The value at a place, to be written to.
+    pub fn at_mut(&mut self, place: &Place) -> Option<&mut Value> {
+        let binding = self.bindings.get_mut(place.symbol.0 as usize)?.get_mut(place.binding)?;
+        let Slot::Value(value) = &mut binding.slot else { return None };
+        let mut value = value;
+        for &index in &place.path {
+            let Value::Array(array) = value else { return None };
+            value = Arc::make_mut(array).items.get_mut(index)?.as_mut()?;
+        }
+        Some(value)
+    }
+
+    /// Writes to a place; false if it is no longer there.
+    pub fn set_at(&mut self, place: &Place, value: Value) -> bool {
+        let Some((&last, front)) = place.path.split_last() else {
+            return self.at_mut(place).map(|old| *old = value).is_some();
+        };
+        let array = Place { symbol: place.symbol, binding: place.binding, path: front.into() };
+        let Some(Value::Array(array)) = self.at_mut(&array) else { return false };
+        Arc::make_mut(array).items.get_mut(last).map(|cell| *cell = Some(value)).is_some()
+    }
+
+    /// `#declare`: rewrites the innermost binding, or makes one in the outermost scope.
+    pub fn declare(&mut self, symbol: Symbol, value: Value) {
+        match self.place(symbol) {
+            Some(place) => {
+                self.set_at(&place, value);
+            }
+            None => self.bind(symbol, 0, Slot::Value(value)),
+        }
+    }
+
+    /// `#local`: rewrites the binding of the innermost scope (through it, if it is a parameter by reference), or
+    /// makes one there.
+    pub fn local(&mut self, symbol: Symbol, value: Value) {
+        let depth = self.locals.len() as u32;
+        let here =
+            self.bindings.get(symbol.0 as usize).and_then(|s| s.last()).is_some_and(|b| b.scope == depth);
+        if here {
+            self.declare(symbol, value);
+        } else {
+            self.bind(symbol, depth, Slot::Value(value));
+        }
+    }
+
+    /// Binds a parameter in the innermost scope.
+    pub fn bind_local(&mut self, symbol: Symbol, slot: Slot) {
+        self.bind(symbol, self.locals.len() as u32, slot);
+    }
+
+    /// `#undef`: forgets the innermost binding.
+    pub fn undef(&mut self, symbol: Symbol) {
+        if let Some(stack) = self.bindings.get_mut(symbol.0 as usize) {
+            stack.pop();
+        }
+    }
+
+    fn bind(&mut self, symbol: Symbol, scope: u32, slot: Slot) {
+        let index = symbol.0 as usize;
+        if self.bindings.len() <= index {
+            self.bindings.resize_with(index + 1, SmallVec::new);
+        }
+        self.bindings[index].push(Binding { scope, slot });
+        if scope > 0 {
+            self.locals[scope as usize - 1].push(symbol);
+        }
+    }
+}

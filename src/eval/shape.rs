@@ -1,0 +1,224 @@
+//! The words of each shape (manual section 3.4.5). Odd sizes are put right or refused here, so that renderers
+//! need not ask.
+
+use super::machine::{Lexeme, Machine, Res};
+use super::value::ObjectValue;
+use crate::lang::{Keyword, Token};
+use crate::scene::Shape;
+use glam::DVec3;
+
+impl Machine<'_> {
+    /// What stands between a shape's `{` and its modifiers. `None` if octray does not model the shape yet.
+    pub fn shape(&mut self, word: Keyword, at: Lexeme) -> Res<Option<ObjectValue>> {
+        use Keyword as K;
+        let shape = match word {
+            K::Sphere => self.sphere()?,
+            K::Plane => Some(self.plane()?),
+            K::Box => Some(self.box_shape()?),
+            K::Cylinder => self.cylinder(at)?,
+            K::Cone => self.cone(at)?,
+            K::Disc => self.disc()?,
+            K::Torus => self.torus()?,
+            K::Triangle => {
+                let vertices = self.corners::<3>()?;
+                self.checked_triangle(vertices, None, at)
+            }
+            K::SmoothTriangle => {
+                let p = self.corners::<6>()?;
+                let normals =
+                    [self.unit_normal(p[1], at), self.unit_normal(p[3], at), self.unit_normal(p[5], at)];
+                self.checked_triangle([p[0], p[2], p[4]], Some(normals), at)
+            }
+            K::Polygon => self.polygon(at)?,
+            _ => return Ok(None),
+        };
+        Ok(Some(match shape {
+            Some(shape) => shape.into(),
+            // It has no points; the scene goes on without it.
+            None => ObjectValue { object: None, lights: Vec::new(), lacks: Default::default() },
+        }))
+    }
+
+    fn sphere(&mut self) -> Res<Option<Shape>> {
+        let center = self.vector()?;
+        self.comma()?;
+        let radius = self.radius("sphere")?;
+        Ok((radius > 0.0).then_some(Shape::Sphere { center, radius }))
+    }
+
+    fn plane(&mut self) -> Res<Shape> {
+        let normal = self.direction("plane")?;
+        self.comma()?;
+        Ok(Shape::Plane { normal, distance: self.finite()? })
+    }
+
+    fn box_shape(&mut self) -> Res<Shape> {
+        let a = self.vector()?;
+        self.comma()?;
+        let b = self.vector()?;
+        Ok(Shape::Box { min: a.min(b), max: a.max(b) })
+    }
+
+    fn cylinder(&mut self, at: Lexeme) -> Res<Option<Shape>> {
+        let base = self.vector()?;
+        self.comma()?;
+        let cap = self.vector()?;
+        self.comma()?;
+        let radius = self.radius("cylinder")?;
+        let shape = Shape::Cone { base, base_radius: radius, cap, cap_radius: radius, open: false };
+        Ok(self.has_length(base, cap, "cylinder", at).then_some(shape).filter(|_| radius > 0.0))
+    }
+
+    fn cone(&mut self, at: Lexeme) -> Res<Option<Shape>> {
+        let base = self.vector()?;
+        self.comma()?;
+        let base_radius = self.finite()?.abs();
+        self.comma()?;
+        let cap = self.vector()?;
+        self.comma()?;
+        let cap_radius = self.finite()?.abs();
+        let span = self.span(at);
+        if base_radius == 0.0 && cap_radius == 0.0 {
+            self.warn("radius", "a cone with both radii 0 cannot be seen", span);
+            return Ok(None);
+        }
+        let shape = Shape::Cone { base, base_radius, cap, cap_radius, open: false };
+        Ok(self.has_length(base, cap, "cone", at).then_some(shape))
+    }
+
+    fn has_length(&mut self, base: DVec3, cap: DVec3, what: &str, at: Lexeme) -> bool {
+        if base == cap {
+            let span = self.span(at);
+            self.warn("length", format!("a {what} of no length cannot be seen"), span);
+        }
+        base != cap
+    }
+
+    fn disc(&mut self) -> Res<Option<Shape>> {
+        let center = self.vector()?;
+        self.comma()?;
+        let normal = self.direction("disc")?;
+        self.comma()?;
+        let radius = self.radius("disc")?;
+        let hole = if self.comma_then_float()? { self.finite()?.abs() } else { 0.0 };
+        Ok((radius > 0.0).then_some(Shape::Disc { center, normal, radius, hole }))
+    }
+
+    /// After a value: true if a float follows, with or without a comma.
+    fn comma_then_float(&mut self) -> Res<bool> {
+        if self.accept(crate::lang::Mark::Comma)? {
+            return Ok(true);
+        }
+        Ok(matches!(self.peek()?, Token::Number(_)))
+    }
+
+    fn torus(&mut self) -> Res<Option<Shape>> {
+        let major = self.finite()?.abs();
+        self.comma()?;
+        let minor = self.radius("torus")?;
+        Ok((minor > 0.0).then_some(Shape::Torus { major, minor }))
+    }
+
+    /// A radius: POV-Ray takes the square of a negative one and so its size.
+    fn radius(&mut self, what: &str) -> Res<f64> {
+        let start = self.peek_lexeme()?;
+        let radius = self.finite()?;
+        let span = self.span(start).to(self.span(self.last));
+        if radius < 0.0 {
+            self.warn(
+                "radius",
+                format!("{what} radius must be positive, found {radius}; took {}", -radius),
+                span,
+            );
+        } else if radius == 0.0 {
+            self.warn("radius", format!("a {what} of radius 0 cannot be seen"), span);
+        }
+        Ok(radius.abs())
+    }
+
+    /// A vector that is made a unit normal.
+    fn direction(&mut self, what: &str) -> Res<DVec3> {
+        let start = self.peek_lexeme()?;
+        let vector = self.vector()?;
+        match vector.try_normalize() {
+            Some(unit) => Ok(unit),
+            None => {
+                let span = self.span(start).to(self.span(self.last));
+                Err(self.error(format!("the normal of a {what} must not be zero"), span))
+            }
+        }
+    }
+
+    /// `N` vectors with or without commas between them.
+    pub fn corners<const N: usize>(&mut self) -> Res<[DVec3; N]> {
+        let mut corners = [DVec3::ZERO; N];
+        for corner in &mut corners {
+            *corner = self.vector()?;
+            self.comma()?;
+        }
+        Ok(corners)
+    }
+
+    /// A vertex normal; a zero one becomes x, as in POV-Ray.
+    pub fn unit_normal(&mut self, normal: DVec3, at: Lexeme) -> DVec3 {
+        normal.try_normalize().unwrap_or_else(|| {
+            let span = self.span(at);
+            self.warn("zero normal", "a normal of length 0 counts as <1, 0, 0>", span);
+            DVec3::X
+        })
+    }
+
+    fn checked_triangle(
+        &mut self,
+        vertices: [DVec3; 3],
+        normals: Option<[DVec3; 3]>,
+        at: Lexeme,
+    ) -> Option<Shape> {
+        if is_degenerate(&vertices) {
+            let span = self.span(at);
+            self.warn("degenerate", "degenerate triangle: its corners are on one line", span);
+            return None;
+        }
+        Some(Shape::Triangle { vertices, normals })
+    }
+
+    /// `polygon { count, p, p, ... }`: an outline ends where its first point comes again.
+    fn polygon(&mut self, at: Lexeme) -> Res<Option<Shape>> {
+        let count = self.finite()?;
+        self.comma()?;
+        if !(3.0..=1e8).contains(&count) {
+            return Err(self.error_here(format!("a polygon has at least 3 points, found {count}")));
+        }
+        let mut outlines: Vec<Vec<DVec3>> = Vec::new();
+        let mut outline: Vec<DVec3> = Vec::new();
+        for _ in 0..count as usize {
+            let point = self.vector()?;
+            self.comma()?;
+            if !outline.is_empty() && outline[0] == point {
+                outlines.push(std::mem::take(&mut outline));
+            } else {
+                outline.push(point);
+            }
+        }
+        let span = self.span(at);
+        if !outline.is_empty() {
+            self.warn("open polygon", "the polygon's last outline is not closed; closed it", span);
+            outlines.push(outline);
+        }
+        outlines.retain(|outline| outline.len() > 2);
+        if outlines.is_empty() {
+            self.warn("degenerate", "a polygon of fewer than 3 points cannot be seen", span);
+            return Ok(None);
+        }
+        Ok(Some(Shape::Polygon { outlines }))
+    }
+}
+
+/// True if the corners are on one line, as nearly as doubles can tell.
+pub(super) fn is_degenerate(p: &[DVec3; 3]) -> bool {
+    let (a, b) = (p[1] - p[0], p[2] - p[0]);
+    // Rounding of the coordinates alone moves the cross product by this much, relative to what it is made of.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+    let size = p[0].abs().max(p[1].abs()).max(p[2].abs()).max_element();
+    !(a.cross(b).length() > ROUNDING * size * a.length().max(b.length()))
+}

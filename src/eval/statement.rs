@@ -1,0 +1,331 @@
+//! The statements of a scene file, and everything that can stand to the right of `#declare Name =`.
+
+use super::color::is_rgb;
+use super::machine::{Machine, Res, Stop};
+use super::object::is_object;
+use super::string::is_string_function;
+use super::value::{Num, ObjectValue, Value, With};
+use crate::lang::{Keyword, Mark, Token};
+use crate::scene::{Finish, Gamma};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+
+impl Machine<'_> {
+    /// Runs the scene to its end, whatever is wrong in it.
+    pub fn run(&mut self) {
+        loop {
+            self.braces = 0;
+            self.declaring = None;
+            match self.statement() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(stop) => {
+                    if !self.report(stop) || !self.resume() {
+                        break;
+                    }
+                }
+            }
+        }
+        if !self.gamma_set && self.version < 3.7 {
+            self.scene.globals.assumed_gamma = Gamma::Off;
+        }
+    }
+
+    /// After an error: goes on to the end of the statement it was in. False if there is no more.
+    fn resume(&mut self) -> bool {
+        self.expand = true;
+        self.declaring = None;
+        loop {
+            let in_block = self.braces > 0;
+            let step = self.peek().and_then(|token| {
+                let begins = matches!(token, Token::Word(word) if begins_statement(word));
+                if token == Token::End || (!in_block && begins) { Ok(None) } else { self.next().map(Some) }
+            });
+            match step {
+                Ok(None) => return self.peek().is_ok_and(|token| token != Token::End),
+                Ok(Some(lexeme)) => match lexeme.token {
+                    Token::Mark(Mark::CloseBrace) if self.braces == 0 => return true,
+                    Token::Mark(Mark::Semicolon) if !in_block => return true,
+                    _ => {}
+                },
+                Err(stop) => {
+                    if !self.report(stop) {
+                        return false;
+                    }
+                }
+            }
+        }
+    }
+
+    /// One statement; false at the end of the scene.
+    fn statement(&mut self) -> Res<bool> {
+        let at = self.peek_lexeme()?;
+        let word = match at.token {
+            Token::End => return Ok(false),
+            Token::Word(word) => word,
+            Token::Name(_) => {
+                let named = self.take_named(|value| match value {
+                    Value::Object(object) => Some(ObjectValue::clone(object)),
+                    _ => None,
+                })?;
+                return match named {
+                    Some(object) => {
+                        self.place(object);
+                        Ok(true)
+                    }
+                    None => self.expected("an object, a light, a camera or a directive"),
+                };
+            }
+            _ => return self.expected("an object, a light, a camera or a directive"),
+        };
+        match word {
+            Keyword::Camera => {
+                self.next()?;
+                let spec = self.camera()?;
+                self.miss(&spec.lacks);
+                self.scene.camera = self.finish_camera(&spec, at)?;
+            }
+            Keyword::Background => {
+                self.next()?;
+                let open = self.open("background")?;
+                let mut color = self.color()?;
+                self.close("background", open)?;
+                // Without alpha output POV-Ray lets the background's transmit share be black.
+                color.rgb *= 1.0 - color.transmit;
+                self.scene.background = color;
+            }
+            Keyword::GlobalSettings => {
+                self.next()?;
+                self.global_settings()?;
+            }
+            Keyword::Fog | Keyword::SkySphere | Keyword::Rainbow | Keyword::Media => {
+                self.next()?;
+                let lacks = self.lack_with_block(word, at)?;
+                self.miss(&lacks);
+            }
+            _ => match self.object()? {
+                Some(object) => self.place(object),
+                None => return self.expected("an object, a light, a camera or a directive"),
+            },
+        }
+        Ok(true)
+    }
+
+    /// The block behind `global_settings` (manual section 3.4.1).
+    fn global_settings(&mut self) -> Res<()> {
+        use Keyword as K;
+        let open = self.open("global_settings")?;
+        while let Token::Word(word) = self.peek()? {
+            let at = self.peek_lexeme()?;
+            match word {
+                K::AssumedGamma => {
+                    self.next()?;
+                    self.gamma_set = true;
+                    self.scene.globals.assumed_gamma = if self.accept_word(K::Srgb)? {
+                        Gamma::Srgb
+                    } else {
+                        let gamma = self.finite()?;
+                        if !(gamma > 0.0) {
+                            return Err(
+                                self.error_here(format!("`assumed_gamma` must be positive, found {gamma}"))
+                            );
+                        }
+                        Gamma::Power(gamma)
+                    };
+                }
+                K::MaxTraceLevel => {
+                    self.next()?;
+                    // POV-Ray's largest is 256.
+                    self.scene.globals.max_trace_level = self.finite()?.clamp(1.0, 256.0) as u32;
+                }
+                K::AdcBailout => {
+                    self.next()?;
+                    self.scene.globals.adc_bailout = self.finite()?;
+                }
+                K::AmbientLight => {
+                    self.next()?;
+                    self.scene.globals.ambient_light = self.rgb()?;
+                }
+                K::IridWavelength => {
+                    self.next()?;
+                    self.scene.globals.irid_wavelength = self.rgb()?;
+                }
+                K::MaxIntersections | K::NumberOfWaves | K::NoiseGenerator | K::MmPerUnit => {
+                    self.next()?;
+                    self.float()?;
+                }
+                K::HfGray16 => {
+                    self.next()?;
+                    self.switch_value()?;
+                }
+                K::Charset => {
+                    self.next()?;
+                    self.next()?;
+                }
+                K::Radiosity | K::Photons | K::Subsurface => {
+                    self.next()?;
+                    let open = self.open(word.text())?;
+                    if !self.accept(Mark::CloseBrace)? {
+                        self.skip_block(word.text(), open)?;
+                    }
+                    // `photons` without a target and `subsurface` without a finish that has it change nothing;
+                    // radiosity always does.
+                    if word == K::Radiosity {
+                        let lacks = self.lack("radiosity", at);
+                        self.miss(&lacks);
+                    } else {
+                        self.note("hint", format!("ignored: `{}`", word.text()), self.span(at));
+                    }
+                }
+                _ => break,
+            }
+        }
+        self.close("global_settings", open)
+    }
+
+    /// `#default { ... }`.
+    pub fn set_default(&mut self) -> Res<()> {
+        let open = self.open("#default")?;
+        while let Token::Word(word) = self.peek()? {
+            match word {
+                Keyword::Texture => {
+                    self.next()?;
+                    self.default_texture = self.texture()?;
+                }
+                Keyword::Pigment | Keyword::Finish | Keyword::Normal => {
+                    let mut texture = std::mem::take(&mut self.default_texture);
+                    let result = self.surface_item(word, &mut texture);
+                    self.default_texture = texture;
+                    result?;
+                }
+                Keyword::Camera => {
+                    self.next()?;
+                    self.camera()?;
+                }
+                Keyword::Radiosity => {
+                    self.next()?;
+                    self.block_left_out("radiosity")?;
+                }
+                _ => break,
+            }
+        }
+        self.default_shared = None;
+        self.close("#default", open)
+    }
+
+    /// A value that begins with a word of the language.
+    pub fn word_value(&mut self, word: Keyword) -> Res<Value> {
+        use Keyword as K;
+        let at = self.peek_lexeme()?;
+        Ok(match word {
+            _ if is_rgb(word) || matches!(word, K::Color | K::Colour) => {
+                Value::Number(Num { n: 5, v: self.color_components()? })
+            }
+            K::Red | K::Green | K::Blue | K::Filter | K::Transmit | K::Alpha => {
+                Value::Number(Num { n: 5, v: self.color_components()? })
+            }
+            _ if is_string_function(word) => Value::String(self.string()?),
+            K::Seed => {
+                let Value::Number(seed) = Value::Number(self.expr()?) else { return Err(Stop::Silent) };
+                Value::Random(Arc::new(AtomicU32::new(seed.v[0] as i64 as u32)))
+            }
+            K::Array => {
+                self.next()?;
+                self.array()?
+            }
+            K::Function => {
+                self.next()?;
+                self.function()?
+            }
+            K::Transform => {
+                self.next()?;
+                Value::Transform(self.transform_block()?)
+            }
+            K::Pigment => {
+                self.next()?;
+                self.pigment_value()?
+            }
+            K::Texture => {
+                self.next()?;
+                let mut texture = self.texture()?;
+                // `#declare T = texture {...} texture {...}` is a layered texture.
+                while self.accept_word(K::Texture)? {
+                    let mut layers = Some(texture);
+                    let above = self.texture()?;
+                    super::texture::layer_over(&mut layers, above);
+                    texture = layers.unwrap_or_default();
+                }
+                Value::Texture(Arc::new(texture))
+            }
+            K::Finish => {
+                self.next()?;
+                let base = self.default_texture.value.layers.last();
+                let mut finish = With::new(base.map_or(Finish::default(), |layer| layer.finish.clone()));
+                self.finish(&mut finish)?;
+                Value::Finish(Arc::new(finish))
+            }
+            K::Normal => {
+                self.next()?;
+                self.normal(at)?;
+                Value::Normal
+            }
+            K::Interior => {
+                self.next()?;
+                Value::Interior(self.interior()?)
+            }
+            K::Material => {
+                self.next()?;
+                Value::Material(Arc::new(self.material()?))
+            }
+            K::ColorMap | K::ColourMap => {
+                self.next()?;
+                Value::ColorMap(Arc::new(self.color_map()?))
+            }
+            K::Camera => {
+                self.next()?;
+                Value::Camera(Arc::new(self.camera()?))
+            }
+            K::Fog
+            | K::Rainbow
+            | K::SkySphere
+            | K::Media
+            | K::Density
+            | K::PigmentMap
+            | K::TextureMap
+            | K::NormalMap
+            | K::SlopeMap
+            | K::DensityMap
+            | K::Spline => {
+                self.next()?;
+                self.lack_with_block(word, at)?;
+                Value::Missing(word.text())
+            }
+            _ if is_object(word) => match self.object()? {
+                Some(object) => Value::Object(Arc::new(object)),
+                None => return self.expected("a value"),
+            },
+            _ => {
+                if self.peek()? != Token::Word(word) {
+                    return self.expected("a value");
+                }
+                match self.builtin(word)? {
+                    Some(first) => Value::Number(self.expr_from(first)?),
+                    None => return self.expected("a value"),
+                }
+            }
+        })
+    }
+}
+
+/// Words at which reading can take up again after an error.
+fn begins_statement(word: Keyword) -> bool {
+    is_object(word)
+        || matches!(
+            word,
+            Keyword::Camera
+                | Keyword::Background
+                | Keyword::GlobalSettings
+                | Keyword::Fog
+                | Keyword::SkySphere
+        )
+}

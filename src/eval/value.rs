@@ -1,0 +1,180 @@
+//! What a name can stand for.
+
+use crate::lang::Symbol;
+use crate::scene::{ColorMap, Finish, Interior, Light, Object, Pigment, Texture, Transform};
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::sync::Arc;
+
+/// The value of an identifier, an array element or a macro argument.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Number(Num),
+    String(Arc<str>),
+    Array(Arc<Array>),
+    Macro(Arc<Macro>),
+    Function(Arc<super::function::Function>),
+    Random(Arc<std::sync::atomic::AtomicU32>),
+    Transform(Transform),
+    Pigment(Arc<With<Pigment>>),
+    Texture(Arc<With<Texture>>),
+    Finish(Arc<With<Finish>>),
+    Normal,
+    Interior(With<Arc<Interior>>),
+    Material(Arc<Material>),
+    ColorMap(Arc<With<ColorMap>>),
+    Object(Arc<ObjectValue>),
+    Camera(Arc<super::camera::CameraSpec>),
+    /// Something that is read but not modelled yet: its keyword.
+    Missing(&'static str),
+    /// Its declaration failed; whoever uses it fails without a word.
+    Poison,
+}
+
+/// A float (`n` 1) or a vector of 2 to 5 components; the 5-vector is the colour `<red, green, blue, filter, transmit>`.
+/// Components from `n` on are 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Num {
+    pub n: u8,
+    pub v: [f64; 5],
+}
+
+/// `array[a][b]`, row by row. Elements that were never set are `None`.
+#[derive(Debug, Clone)]
+pub(super) struct Array {
+    pub dims: SmallVec<[usize; 2]>,
+    pub items: Vec<Option<Value>>,
+}
+
+/// Parameters, and where the body's tokens are.
+#[derive(Debug)]
+pub(super) struct Macro {
+    pub name: Symbol,
+    pub params: SmallVec<[Symbol; 4]>,
+    pub program: u32,
+    pub body: u32,
+}
+
+/// A value and what is not modelled in it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct With<T> {
+    pub value: T,
+    pub lacks: Lacks,
+}
+
+/// A texture for each side, and an interior.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Material {
+    pub texture: Option<With<Texture>>,
+    pub interior_texture: Option<With<Texture>>,
+    pub interior: Option<With<Arc<Interior>>>,
+}
+
+/// A thing that can be placed: an object, the lights that came with it, and what is not modelled in them.
+#[derive(Debug, Clone)]
+pub(super) struct ObjectValue {
+    /// `None` for a bare light, and for a shape that is not modelled.
+    pub object: Option<Object>,
+    pub lights: Vec<Light>,
+    pub lacks: Lacks,
+}
+
+/// Indices into the machine's table of what was met and is not modelled; sorted, each once.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Lacks(pub SmallVec<[u32; 2]>);
+
+impl Lacks {
+    pub fn add(&mut self, other: &Lacks) {
+        if !other.0.is_empty() {
+            self.0.extend_from_slice(&other.0);
+            self.0.sort_unstable();
+            self.0.dedup();
+        }
+    }
+}
+
+impl<T> With<T> {
+    pub fn new(value: T) -> Self {
+        Self { value, lacks: Lacks::default() }
+    }
+}
+
+impl Num {
+    pub const fn float(value: f64) -> Self {
+        Self { n: 1, v: [value, 0.0, 0.0, 0.0, 0.0] }
+    }
+
+    pub const fn vector(v: DVec3) -> Self {
+        Self { n: 3, v: [v.x, v.y, v.z, 0.0, 0.0] }
+    }
+
+    /// Applies `f` component by component after promotion: a float stands for all components, a shorter vector is
+    /// filled with zeros (language rule, measured).
+    pub fn zip(self, other: Num, f: impl Fn(f64, f64) -> f64) -> Num {
+        if self.n == 1 && other.n == 1 {
+            return Num::float(f(self.v[0], other.v[0]));
+        }
+        let n = self.n.max(other.n);
+        let (a, b) = (self.promoted(n), other.promoted(n));
+        let mut v = [0.0; 5];
+        for i in 0..n as usize {
+            v[i] = f(a[i], b[i]);
+        }
+        Num { n, v }
+    }
+
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Num {
+        let mut v = self.v;
+        v[..self.n as usize].iter_mut().for_each(|component| *component = f(*component));
+        Num { n: self.n, v }
+    }
+
+    /// As `n` components.
+    pub fn promoted(self, n: u8) -> [f64; 5] {
+        let mut v = self.v;
+        if self.n == 1 {
+            v[..n as usize].fill(self.v[0]);
+        }
+        v
+    }
+
+    /// As a 3-vector; a float stands for all three.
+    pub fn xyz(self) -> DVec3 {
+        let v = self.promoted(3);
+        DVec3::new(v[0], v[1], v[2])
+    }
+
+    pub fn is_true(self) -> bool {
+        self.v[0] != 0.0
+    }
+}
+
+impl Value {
+    /// What kind of thing it is, for messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Value::Number(num) => match num.n {
+                1 => "float",
+                5 => "colour",
+                _ => "vector",
+            },
+            Value::String(_) => "string",
+            Value::Array(_) => "array",
+            Value::Macro(_) => "macro",
+            Value::Function(_) => "function",
+            Value::Random(_) => "random number stream",
+            Value::Transform(_) => "transform",
+            Value::Pigment(_) => "pigment",
+            Value::Texture(_) => "texture",
+            Value::Finish(_) => "finish",
+            Value::Normal => "normal",
+            Value::Interior(_) => "interior",
+            Value::Material(_) => "material",
+            Value::ColorMap(_) => "color_map",
+            Value::Object(_) => "object",
+            Value::Camera(_) => "camera",
+            Value::Missing(kind) => kind,
+            Value::Poison => "value that could not be read",
+        }
+    }
+}

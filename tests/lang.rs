@@ -1,0 +1,71 @@
+//! The scene language from the outside: text in, values and diagnostics out.
+
+use octray::eval::{Options, Stream, from_text};
+use octray::scene::{Gamma, Shape};
+
+/// What the scene's `#debug` wrote; no diagnostic may come.
+fn debug(text: &str) -> String {
+    let done = from_text("test.scn", text, &Options::default());
+    let told: Vec<_> = done.diagnostics.iter().map(|d| d.short(&done.sources)).collect();
+    assert!(told.is_empty(), "{text}: {told:?}");
+    done.stream(Stream::Debug)
+}
+
+/// The value of an expression, to 6 digits.
+fn value(expression: &str) -> String {
+    debug(&format!("#version 3.7; #declare V = {expression}; #debug str(V, 0, 6)"))
+}
+
+#[test]
+fn expressions_have_their_values() {
+    let table = [
+        ("1 + 2 * 3", "7.000000"),
+        ("-2 - -3", "1.000000"),
+        ("(1 < 2) + (2 = 2 + 1e-11)", "2.000000"),
+        ("(1 ? 2 : 3)", "2.000000"),
+        ("mod(-7, 3)", "-1.000000"),
+        ("int(-2.7)", "-2.000000"),
+        ("log(1000)", "3.000000"),
+        ("(<1, 2> + <1, 2, 3>).y", "4.000000"),
+        ("vdot(2, <1, 2, 3>)", "12.000000"),
+        ("vrotate(x, 90 * y).z", "-1.000000"),
+        ("<1 -1 0>.x", "0.000000"),
+        ("max(1, 5, 3)", "5.000000"),
+    ];
+    for (expression, expected) in table {
+        assert_eq!(value(expression), expected, "{expression}");
+    }
+}
+
+#[test]
+fn macros_are_tokens_in_place_of_the_call() {
+    assert_eq!(debug("#macro A() 1+2 #end #declare V = A()*3; #debug str(V, 0, 0)"), "7");
+}
+
+#[test]
+fn parameters_are_references_to_bare_names() {
+    let text = "#macro Set(P) #local P = 5; #end #declare A = 1; Set(A) #debug str(A, 0, 0)";
+    assert_eq!(debug(text), "5");
+}
+
+#[test]
+fn gamma_follows_the_version() {
+    let gamma = |text: &str| from_text("test.scn", text, &Options::default()).scene.globals.assumed_gamma;
+    assert_eq!(gamma(""), Gamma::Off);
+    assert_eq!(gamma("#version 3.7;"), Gamma::Power(1.0));
+    assert_eq!(gamma("#include \"colors.inc\""), Gamma::Power(1.0));
+    assert_eq!(gamma("global_settings { assumed_gamma 2.2 }"), Gamma::Power(2.2));
+}
+
+#[test]
+fn a_scene_becomes_objects() {
+    let text = "#version 3.7; camera { location -5*z look_at 0 } light_source { 10, 1 }
+        #declare Ball = sphere { 0, 1 pigment { rgb x } }
+        #for (I, 0, 2) object { Ball translate I*x } #end";
+    let done = from_text("test.scn", text, &Options::default());
+    assert!(done.diagnostics.is_empty());
+    assert_eq!(done.scene.objects.len(), 3);
+    assert_eq!(done.scene.lights.len(), 1);
+    assert!(matches!(done.scene.objects[2].shape, Shape::Sphere { radius: 1.0, .. }));
+    assert_eq!(done.scene.objects[2].transform.point(glam::DVec3::ZERO).x, 2.0);
+}
