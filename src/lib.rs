@@ -16,6 +16,7 @@ pub mod image_io;
 pub mod kernel;
 pub mod lane;
 pub mod lang;
+pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod texture;

@@ -7,6 +7,7 @@ use crate::compile::Compiled;
 use crate::film::Film;
 pub use crate::film::RayCounts;
 use crate::lane::Scalar;
+use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
@@ -118,6 +119,10 @@ pub enum RenderError {
 /// Most pixels a picture may have: 16 bytes each, so 16 GiB of film.
 const MOST_PIXELS: usize = 1 << 30;
 
+/// Stack of a thread, reserved but used only as deep as rays go: the reference engine recurses at every transparent
+/// surface, and those that do not bend are not limited by `max_trace_level`.
+const STACK_BYTES: usize = 1 << 28;
+
 /// Renders `scene`.
 ///
 /// The film is in linear light, unless the scene turns gamma correction off ([`Gamma::Off`]); then it holds the
@@ -134,7 +139,8 @@ pub fn render(
     if !width.checked_mul(height).is_some_and(|pixels| (1..=MOST_PIXELS).contains(&pixels)) {
         return Err(RenderError::Size { width, height });
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(options.threads).stack_size(STACK_BYTES);
+    let pool = threads.build()?;
     let (mut film, mut stats) = pool.install(|| trace(scene, options, progress))?;
     stats.threads = pool.current_num_threads();
     stats.shapes = shape_counts(scene);
@@ -152,7 +158,7 @@ fn trace(
         (Engine::Packets, Precision::Fast) => Ok(trace_packets::<f32, f32>(scene, options, progress)),
         (Engine::Packets, Precision::Exact) => Ok(trace_packets::<f64, f32>(scene, options, progress)),
         (Engine::Packets, Precision::Strict) => Ok(trace_packets::<f64, f64>(scene, options, progress)),
-        (Engine::Reference, _) => Err(RenderError::NotBuilt("reference")),
+        (Engine::Reference, _) => Ok(trace_by_reference(scene, options, progress)),
     }
 }
 
@@ -166,15 +172,48 @@ fn trace_packets<S: Scalar, B: Scalar>(
     let compiled = Compiled::<S, B>::new(scene);
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-    let of = (options.width * options.height) as u64;
-    let (film, counts) = wave::render(&compiled, options.width, options.height, &|tile, counts| {
-        let pixels = pixels.fetch_add(tile as u64, Ordering::Relaxed) + tile as u64;
-        let rays = rays.fetch_add(counts.total(), Ordering::Relaxed) + counts.total();
-        progress(Progress { pixels, of, rays });
-    });
+    let sum = Sum::new(options);
+    let on_tile = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
+    let (film, counts) = wave::render(&compiled, options.width, options.height, &on_tile);
     let trace_s = begin.elapsed().as_secs_f64();
     (film, RenderStats { build_s, trace_s, rays: counts, ..RenderStats::default() })
+}
+
+/// The oracle.
+fn trace_by_reference(
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: OnProgress<'_>,
+) -> (Film, RenderStats) {
+    let begin = Instant::now();
+    let sum = Sum::new(options);
+    let on_row = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
+    let (film, counts) = reference::render(scene, options.width, options.height, &on_row);
+    let trace_s = begin.elapsed().as_secs_f64();
+    (film, RenderStats { trace_s, rays: counts, ..RenderStats::default() })
+}
+
+/// Adds up what the threads have done.
+struct Sum {
+    pixels: AtomicU64,
+    rays: AtomicU64,
+    of: u64,
+}
+
+impl Sum {
+    fn new(options: &RenderOptions) -> Self {
+        let of = (options.width * options.height) as u64;
+        Self { pixels: AtomicU64::new(0), rays: AtomicU64::new(0), of }
+    }
+
+    fn add(&self, pixels: usize, counts: &RayCounts) -> Progress {
+        let (pixels, rays) = (pixels as u64, counts.total());
+        Progress {
+            pixels: self.pixels.fetch_add(pixels, Ordering::Relaxed) + pixels,
+            of: self.of,
+            rays: self.rays.fetch_add(rays, Ordering::Relaxed) + rays,
+        }
+    }
 }
 
 /// Decodes what was summed in the scene's working space to linear light.

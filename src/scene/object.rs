@@ -12,7 +12,8 @@ use std::sync::Arc;
 /// these too. [`Object::transformed`] does all of it.
 ///
 /// A child without a texture or interior has its nearest ancestor's; the evaluator has given every top-level
-/// object a texture.
+/// object a texture, but for a composite with `cutaway_textures`: without one of its own its cut faces show what they
+/// cut.
 #[derive(Debug, Clone)]
 pub struct Object {
     /// The geometry.

@@ -1,0 +1,86 @@
+//! Lights: what arrives at a point if nothing is in the way.
+
+use crate::scene::{Light, LightKind, Rgb};
+use glam::DVec3;
+
+/// Light on its way to a point.
+pub struct Arriving {
+    /// Unit, from the point towards the light.
+    pub toward: DVec3,
+    /// How far the light is, along `toward`. Negative behind a parallel light's plane.
+    pub distance: f64,
+    /// Its colour there.
+    pub color: Rgb,
+}
+
+/// Light weaker than this in all channels counts as none (POV-Ray's bound).
+const DARK: f64 = 1e-10;
+
+/// True if no channel carries light worth a ray.
+pub fn is_dark(color: Rgb) -> bool {
+    color.abs().max_element() < DARK
+}
+
+/// What reaches `point` from `light`; `None` if it is dark there.
+pub fn arriving(light: &Light, point: DVec3) -> Option<Arriving> {
+    let axis = (light.point_at - light.location).normalize_or_zero();
+    let to_light = light.location - point;
+    let is_parallel = light.parallel || matches!(light.kind, LightKind::Cylinder { .. });
+    let (toward, distance) = if is_parallel && axis != DVec3::ZERO {
+        (-axis, -to_light.dot(axis))
+    } else {
+        (to_light.normalize_or_zero(), to_light.length())
+    };
+    let beam = match light.kind {
+        LightKind::Point => 1.0,
+        LightKind::Spot { radius, falloff, tightness } => {
+            // The cosine from the axis, turned round behind a parallel light's plane.
+            let cosine = if distance > 0.0 { -toward.dot(axis) } else { toward.dot(axis) };
+            if cosine > 0.0 { cosine.powf(tightness) * spot_edge(radius, falloff, cosine) } else { 0.0 }
+        }
+        LightKind::Cylinder { radius, falloff, tightness } => {
+            let along = -to_light.dot(axis);
+            let from_axis = (-to_light - along * axis).length();
+            let inward = 1.0 - from_axis / falloff;
+            if along > 0.0 && from_axis < falloff {
+                inward.powf(tightness) * cylinder_edge(radius, falloff, from_axis, inward)
+            } else {
+                0.0
+            }
+        }
+    };
+    let color = light.color * beam * fading(light, distance);
+    (!is_dark(color)).then_some(Arriving { toward, distance, color })
+}
+
+fn spot_edge(radius: f64, falloff: f64, cosine: f64) -> f64 {
+    let full = radius.cos();
+    if full > 0.0 && cosine < full { smooth_step(falloff.cos(), full, cosine) } else { 1.0 }
+}
+
+fn cylinder_edge(radius: f64, falloff: f64, from_axis: f64, inward: f64) -> f64 {
+    if radius > 0.0 && from_axis > radius { smooth_step(0.0, 1.0 - radius / falloff, inward) } else { 1.0 }
+}
+
+/// 0 below `lo`, 1 from `hi` on, a cubic with level ends between.
+fn smooth_step(lo: f64, hi: f64, x: f64) -> f64 {
+    if x < lo {
+        0.0
+    } else if x >= hi {
+        1.0
+    } else {
+        let y = (x - lo) / (hi - lo);
+        y * y * (3.0 - 2.0 * y)
+    }
+}
+
+/// `2 / (1 + (d / distance)^power)`: over 1 nearer than the distance.
+fn fading(light: &Light, distance: f64) -> f64 {
+    light.fade.map_or(1.0, |fade| {
+        if fade.power > 0.0 && fade.distance.abs() > DARK {
+            2.0 / (1.0 + (distance / fade.distance).abs().powf(fade.power))
+        } else {
+            1.0
+        }
+    })
+}

@@ -1,0 +1,95 @@
+//! The oracle: one ray at a time, f64, recursive, every object asked in turn.
+//!
+//! A [`Scene`] comes in, a [`Film`] goes out. It is written in the form every textbook gives (Whitted 1980; Glassner,
+//! An Introduction to Ray Tracing, 1989): find the nearest hit, shade it with a ray to each light, reflect, refract, stop
+//! at the depth limit. It shares nothing with the packet engine but the scene description, and knows no lanes, trees or
+//! queues: where the two disagree, the one that is easy to read is believed.
+//!
+//! In reading order: [`camera`] makes rays; [`world`] resolves the scene into a tree of leaves; [`shape`] crosses a line
+//! with one shape and [`trail`] with a composite; [`trace`] follows a ray; [`light`], [`surface`], [`reflect`],
+//! [`interior`] and [`pattern`] say what it sees.
+
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)`: NaN fails")]
+
+mod camera;
+mod interior;
+mod light;
+mod pattern;
+mod polynomial;
+mod ray;
+mod reflect;
+mod shape;
+mod surface;
+mod trace;
+mod trail;
+mod world;
+
+#[cfg(test)]
+mod tests;
+
+use crate::film::{Film, Pixel, RayCounts};
+use crate::scene::Scene;
+use glam::DVec3;
+use ray::{Ray, RayKind};
+use rayon::prelude::*;
+use trace::Tracer;
+use world::World;
+
+/// What a camera ray meets first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance along the unit direction, in scene units.
+    pub t: f64,
+    /// The point, put back on the surface.
+    pub point: DVec3,
+    /// Unit normal, towards the viewer; interpolated on smooth triangles.
+    pub normal: DVec3,
+    /// Index into [`Scene::objects`].
+    pub object: usize,
+}
+
+/// Traces one ray through the middle of each pixel.
+///
+/// `progress` is told, from any thread and row by row, how many more pixels are finished and which rays that took. The
+/// picture depends on nothing but the scene and its size. Rows are shared out over the threads of the current rayon pool.
+pub fn render(
+    scene: &Scene,
+    width: usize,
+    height: usize,
+    progress: &(dyn Fn(usize, &RayCounts) + Sync),
+) -> (Film, RayCounts) {
+    let world = World::new(scene);
+    let mut film = Film::new(width, height);
+    if film.pixels.is_empty() {
+        return (film, RayCounts::default());
+    }
+    let row = |(y, row): (usize, &mut [Pixel])| {
+        let mut tracer = Tracer::new(&world);
+        for (x, pixel) in row.iter_mut().enumerate() {
+            *pixel = tracer.camera_ray(&camera::ray(&scene.camera, x, y, width, height));
+        }
+        progress(width, &tracer.counts);
+        tracer.counts
+    };
+    let counts = film.pixels.par_chunks_mut(width).enumerate().map(row).collect::<Vec<_>>();
+    let mut total = RayCounts::default();
+    counts.iter().for_each(|counts| total.add(counts));
+    (film, total)
+}
+
+/// What a camera ray from `origin` along `dir` (any length but 0) meets first, for comparing engines hit by hit.
+///
+/// Resolves the scene anew on every call; for many rays use [`nearest_hits`].
+pub fn nearest_hit(scene: &Scene, origin: DVec3, dir: DVec3) -> Option<Hit> {
+    nearest_hits(scene, &[(origin, dir)]).pop().flatten()
+}
+
+/// [`nearest_hit`] for many rays `(origin, dir)`, in their order.
+pub fn nearest_hits(scene: &Scene, rays: &[(DVec3, DVec3)]) -> Vec<Option<Hit>> {
+    let world = World::new(scene);
+    let nearest = |&(origin, dir): &(DVec3, DVec3)| {
+        let hit = world.nearest(&Ray::new(origin, dir, RayKind::Camera), f64::INFINITY)?;
+        Some(Hit { t: hit.t, point: hit.face.point, normal: hit.normal, object: hit.object })
+    };
+    rays.par_iter().map(nearest).collect()
+}

@@ -1,0 +1,123 @@
+//! The colour of a pigment at a point.
+
+use crate::scene::{BlockPattern, Color, ColorMap, Pattern, Pigment, PigmentKind, Wave};
+use glam::DVec3;
+
+/// Block patterns are shifted by this, so that a surface in the very plane between two blocks has one colour (POV-Ray's value,
+/// in units of the pattern).
+const NUDGE: f64 = 1e-10;
+
+/// The colour at `point`, given in the space of the texture.
+pub fn color(pigment: &Pigment, point: DVec3) -> Color {
+    let point = || pigment.transform.inverted().point(point);
+    match &pigment.kind {
+        PigmentKind::Solid(color) => *color,
+        PigmentKind::Blocks { pattern, colors } => {
+            colors.get(block(pattern, point())).copied().unwrap_or_default()
+        }
+        PigmentKind::Mapped { pattern, wave, frequency, phase, map } => {
+            look_up(map, shape(*wave, value(pattern, point()) * frequency + phase))
+        }
+    }
+}
+
+/// Which of its colours a block pattern shows.
+fn block(pattern: &BlockPattern, p: DVec3) -> usize {
+    match pattern {
+        BlockPattern::Checker => {
+            let cell = (p + NUDGE).floor();
+            usize::from((cell.x + cell.y + cell.z).rem_euclid(2.0) >= 1.0)
+        }
+        BlockPattern::Brick { size, mortar } => usize::from(is_brick(p, *size, *mortar)),
+        BlockPattern::Hexagon => hexagon(p.x, p.z),
+    }
+}
+
+/// Courses of bricks, every other one set off by half a brick.
+fn is_brick(p: DVec3, size: DVec3, mortar: f64) -> bool {
+    // POV-Ray keeps the mortar in single precision.
+    let mortar = f64::from(mortar as f32);
+    let p = (p + (NUDGE + mortar)) / size;
+    let joint = mortar / size;
+    let fraction = |x: f64| x - x.floor();
+    if fraction(p.y) <= joint.y {
+        return false;
+    }
+    let shifted = fraction(p.y / 2.0) <= 0.5;
+    let (x, z) = if shifted { (p.x, p.z + 0.5) } else { (p.x + 0.5, p.z) };
+    fraction(x) > joint.x && fraction(z) > joint.z
+}
+
+/// Hexagons of width 1 about the origin, three colours, no two alike touching.
+///
+/// The plane is cut into cells half a hexagon's side wide and half its height high, which repeat after six each way; in every
+/// third column of cells a diagonal divides two hexagons.
+fn hexagon(x: f64, z: f64) -> usize {
+    /// Six cells' height: three times the root of 3.
+    const PERIOD: f64 = 5.196152424;
+    /// Half the height of a hexagon of side 1.
+    const HALF_HEIGHT: f64 = 0.866025404;
+    let x = x.abs();
+    let z = if z < 0.0 { PERIOD - z.abs() } else { z };
+    let wrap = |v: f64| v - 6.0 * (v / 6.0).floor();
+    let (x, z) = (wrap(x / 0.5), wrap(z / HALF_HEIGHT));
+    let (column, row) = (x.trunc(), z.trunc());
+    let (pair, row_of_three) = ((row as usize / 2) % 3, row as usize % 3);
+    match column as usize % 6 {
+        0 | 5 => [0, 1, 1, 2, 2, 0][row as usize % 6],
+        2 | 3 => [2, 0, 1][pair],
+        _ => {
+            let across = if (column + row) % 2.0 == 1.0 { 1.0 - x.fract() } else { x.fract() };
+            let across = if across == 0.0 { 1e-4 } else { across };
+            if z.fract() / across < 1.0 { [0, 2, 1][row_of_three] } else { [2, 1, 0][row_of_three] }
+        }
+    }
+}
+
+/// The number of a pattern, before the wave.
+fn value(pattern: &Pattern, p: DVec3) -> f64 {
+    match pattern {
+        Pattern::Gradient(direction) => {
+            let along = p.dot(*direction);
+            if along > 1.0 { along % 1.0 } else { along }
+        }
+    }
+}
+
+/// Wraps a number to 0..1 and lays the wave over it.
+fn shape(wave: Wave, v: f64) -> f64 {
+    // A little over 1, so that 1 itself stays 1 and has the map's last colour (POV-Ray's value).
+    let v = v % 1.00001;
+    let v = if v < 0.0 { v - v.floor() } else { v };
+    match wave {
+        Wave::Ramp => v,
+        Wave::Sine => (1.0 + cycle(v)) / 2.0,
+        Wave::Triangle => {
+            let w = v.fract();
+            if w >= 0.5 { 2.0 * (1.0 - w) } else { 2.0 * w }
+        }
+        Wave::Scallop => cycle(v / 2.0).abs(),
+        Wave::Cubic => v * v * (3.0 - 2.0 * v),
+        Wave::Poly(exponent) => v.powf(exponent),
+    }
+}
+
+/// A sine with period 1.
+fn cycle(v: f64) -> f64 {
+    (v.fract() * std::f64::consts::TAU).sin()
+}
+
+/// Linear between the two entries about `v`, constant beyond the ends.
+fn look_up(map: &ColorMap, v: f64) -> Color {
+    let Some((last_place, last)) = map.entries.last() else { return Color::default() };
+    if v >= *last_place {
+        return *last;
+    }
+    let i = map.entries.iter().position(|(place, _)| v <= *place).unwrap_or(0);
+    let (place, color) = map.entries[i];
+    if i == 0 || v == place {
+        return color;
+    }
+    let (from_place, from) = map.entries[i - 1];
+    from.lerp(&color, (v - from_place) / (place - from_place))
+}

@@ -1,0 +1,374 @@
+//! The scene, resolved for tracing: every leaf knows its place in the world, its look and its interior.
+//!
+//! A [`Scene`] comes in; a tree of [`Node`]s goes out, in which nothing is inherited any more, `inverse` stands only at
+//! leaves, and difference has become intersection. Then: which surface a ray meets first.
+
+use super::interior::{InteriorId, Media};
+use super::ray::{Ray, RayKind};
+use super::shape;
+use super::trail::{Crossing, Face};
+use crate::scene::{CsgOp, Flags, Interior, Object, Scene, Shape, Texture, Transform};
+use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
+use std::sync::{Arc, LazyLock};
+
+/// Everything that rays meet.
+pub struct World<'s> {
+    /// Camera, lights, settings.
+    pub scene: &'s Scene,
+    /// One for each of the scene's objects, in its order.
+    pub nodes: Vec<Node<'s>>,
+    /// For surfaces that nothing gives a texture.
+    default_texture: PlacedTexture<'s>,
+    /// What [`InteriorId`]s stand for.
+    pub interiors: Vec<Arc<Interior>>,
+}
+
+/// An object or a part of one.
+pub struct Node<'s> {
+    /// A shape or several.
+    pub kind: NodeKind<'s>,
+    /// Only what is inside all of these is there.
+    pub clips: Vec<Node<'s>>,
+    /// What is in it, unless its children say otherwise.
+    pub interior: InteriorId,
+}
+
+/// A shape or several.
+#[allow(clippy::large_enum_variant, reason = "most nodes are leaves")]
+pub enum NodeKind<'s> {
+    /// One shape.
+    Leaf(Leaf<'s>),
+    /// Several.
+    Group {
+        /// How they are joined.
+        join: Join,
+        /// In order of declaration.
+        children: Vec<Node<'s>>,
+        /// A face cut into it can show the textures of this many of its children: all, or the first of a difference.
+        cuttable: usize,
+    },
+}
+
+/// How the children of a group are joined. Difference is an intersection whose other children are inside out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Join {
+    /// Inside any; all surfaces.
+    Union,
+    /// Inside any; surfaces outside all others.
+    Merge,
+    /// Inside all; surfaces inside all others.
+    Intersection,
+}
+
+/// A shape in the world.
+pub struct Leaf<'s> {
+    /// Counts all leaves of the world.
+    pub id: usize,
+    /// In its own space.
+    pub shape: &'s Shape,
+    /// From that space to the world.
+    pub to_world: Transform,
+    /// Inside and outside have changed places.
+    pub inverted: bool,
+    /// False if it has no inside at all.
+    pub solid: bool,
+    /// A bound on its coordinates in the world: the size of the numbers its meetings are computed from.
+    pub reach: f64,
+    /// What its surface shows.
+    pub look: Look<'s>,
+}
+
+/// What a leaf has of its own or from its ancestors.
+#[derive(Clone, Copy)]
+pub struct Look<'s> {
+    /// `None` only on helpers such as clips, whose surfaces are never seen.
+    pub texture: Option<PlacedTexture<'s>>,
+    /// Seen from inside instead of `texture`.
+    pub interior_texture: Option<PlacedTexture<'s>>,
+    /// What is in it.
+    pub interior: InteriorId,
+    /// Its own and its ancestors' switches; what hides it from rays is asked of whole objects only.
+    pub flags: Flags,
+}
+
+/// A texture, and the way from the world to its space.
+#[derive(Clone, Copy)]
+pub struct PlacedTexture<'s> {
+    /// The layers.
+    pub texture: &'s Texture,
+    /// Takes the world's points to the texture's.
+    pub from_world: Transform,
+}
+
+impl<'s> PlacedTexture<'s> {
+    /// A texture that lives in the space which `to_world` leads from.
+    pub fn new(texture: &'s Texture, to_world: &Transform) -> Self {
+        Self { texture, from_world: texture.transform.then(to_world).inverted() }
+    }
+}
+
+/// What a ray meets.
+pub struct Met<'w> {
+    /// Distance.
+    pub t: f64,
+    /// Bound on its error.
+    pub slack: f64,
+    /// The surface there.
+    pub face: Face<'w>,
+    /// Unit, towards the ray's origin; interpolated on smooth triangles.
+    pub normal: DVec3,
+    /// The surface is seen from its inside.
+    pub backside: bool,
+    /// Index into the scene's objects.
+    pub object: usize,
+}
+
+impl<'s> World<'s> {
+    /// Resolves the scene.
+    pub fn new(scene: &'s Scene) -> Self {
+        let mut builder = Builder { leaves: 0, interiors: Vec::new() };
+        let nodes = scene.objects.iter().map(|object| builder.top_level(object)).collect();
+        let default_texture = PlacedTexture { texture: &DEFAULT_TEXTURE, from_world: Transform::IDENTITY };
+        Self { scene, nodes, default_texture, interiors: builder.interiors }
+    }
+
+    /// The nearest surface that the ray sees before `t_max`.
+    ///
+    /// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met.
+    pub fn nearest(&self, ray: &Ray, t_max: f64) -> Option<Met<'_>> {
+        let mut best: Option<(Crossing, Face, usize)> = None;
+        for (object, node) in self.nodes.iter().enumerate() {
+            for crossing in node.trail(ray).crossings {
+                let Some(face) = crossing.face else { continue };
+                if !crossing.is_ahead() || is_hidden(&face.leaf.look.flags, ray.kind) {
+                    continue;
+                }
+                let limit = best.as_ref().map_or(t_max, |best| best.0.t);
+                if crossing.t < limit - crossing.slack {
+                    best = Some((crossing, face, object));
+                }
+                break;
+            }
+        }
+        let (crossing, face, object) = best?;
+        // A wound-up shading normal is turned to the viewer by itself, as POV-Ray does.
+        let backside = face.shading.dot(ray.dir) > 0.0;
+        let normal = if backside { -face.shading } else { face.shading };
+        Some(Met { t: crossing.t, slack: crossing.slack, face, normal, backside, object })
+    }
+
+    /// What a surface shows: textures with their shares, which add up to 1.
+    pub fn textures<'w>(&'w self, met: &Met<'w>, ray: &Ray) -> SmallVec<[(f64, PlacedTexture<'w>); 3]> {
+        let leaf = met.face.leaf;
+        if let (true, Some(inner)) = (met.backside, leaf.look.interior_texture) {
+            return smallvec![(1.0, inner)];
+        }
+        if let Shape::Mesh(mesh) = leaf.shape
+            && let Some(textures) = mesh.triangles[met.face.part].textures
+        {
+            let place = |i: u32| PlacedTexture::new(&mesh.textures[i as usize], &leaf.to_world);
+            return if textures[0] == textures[1] && textures[1] == textures[2] {
+                smallvec![(1.0, place(textures[0]))]
+            } else {
+                met.face.corners.into_iter().zip(textures.map(place)).collect()
+            };
+        }
+        if let Some(texture) = leaf.look.texture {
+            return smallvec![(1.0, texture)];
+        }
+        let mut found = SmallVec::new();
+        self.nodes[met.object].cut_textures(ray, met, &mut found);
+        if found.is_empty() {
+            found.push(self.default_texture);
+        }
+        let share = 1.0 / found.len() as f64;
+        found.into_iter().map(|texture| (share, texture)).collect()
+    }
+
+    /// The interiors in which the ray starts, in order of declaration.
+    pub fn media_at_start(&self, ray: &Ray) -> Media {
+        let mut media = Media::default();
+        for node in &self.nodes {
+            node.add_media(ray, &mut media);
+        }
+        media
+    }
+}
+
+impl Node<'_> {
+    /// Where no texture is given to a cut face (`cutaway_textures`): those of the parts that the face's point is in.
+    ///
+    /// A point on a surface counts as in it. Of a difference only the first part counts.
+    fn cut_textures<'w>(&'w self, ray: &Ray, met: &Met, found: &mut SmallVec<[PlacedTexture<'w>; 3]>) {
+        if self.trail(ray).sides_at(met.t, met.slack) == [false, false] {
+            return;
+        }
+        match &self.kind {
+            NodeKind::Leaf(leaf) => found.extend(leaf.look.texture),
+            NodeKind::Group { children, cuttable, .. } => {
+                children[..*cuttable].iter().for_each(|child| child.cut_textures(ray, met, found));
+            }
+        }
+    }
+
+    fn add_media(&self, ray: &Ray, media: &mut Media) {
+        if !self.trail(ray).is_inside_at_start() {
+            return;
+        }
+        match &self.kind {
+            // Parts may have interiors of their own: those in which the ray starts count.
+            NodeKind::Group { join: Join::Union | Join::Merge, children, .. } => {
+                children.iter().for_each(|child| child.add_media(ray, media));
+            }
+            _ => media.enter_once(self.interior),
+        }
+    }
+}
+
+/// Whether rays of this kind pass by.
+fn is_hidden(flags: &Flags, kind: RayKind) -> bool {
+    match kind {
+        RayKind::Camera => flags.no_image,
+        RayKind::Reflected => flags.no_reflection,
+        RayKind::Shadow => flags.no_shadow,
+    }
+}
+
+/// POV-Ray's default texture.
+static DEFAULT_TEXTURE: LazyLock<Texture> = LazyLock::new(Texture::default);
+
+/// Hands out numbers for leaves and interiors while the tree is built.
+struct Builder {
+    leaves: usize,
+    interiors: Vec<Arc<Interior>>,
+}
+
+/// What a child has from its parent.
+#[derive(Clone, Copy)]
+struct Inherited<'s> {
+    /// From the parent's inner space to the world.
+    to_world: Transform,
+    look: Look<'s>,
+    inverted: bool,
+    /// The parent is a plain union, whose parts are as good as objects of their own.
+    separable: bool,
+}
+
+impl Builder {
+    fn top_level<'s>(&mut self, object: &'s Object) -> Node<'s> {
+        // Every object has an interior; one that is not given is of its own kind of air.
+        let interior = match &object.interior {
+            Some(interior) => self.interior(interior),
+            None => self.fresh(),
+        };
+        let look = Look { texture: None, interior_texture: None, interior, flags: Flags::default() };
+        self.node(
+            object,
+            &Inherited { to_world: Transform::IDENTITY, look, inverted: false, separable: true },
+        )
+    }
+
+    fn node<'s>(&mut self, object: &'s Object, parent: &Inherited<'s>) -> Node<'s> {
+        let place = |texture: &'s Arc<Texture>| PlacedTexture::new(texture, &parent.to_world);
+        let look = Look {
+            texture: object.texture.as_ref().map(place).or(parent.look.texture),
+            interior_texture: object.interior_texture.as_ref().map(place).or(parent.look.interior_texture),
+            interior: object
+                .interior
+                .as_ref()
+                .map_or(parent.look.interior, |interior| self.interior(interior)),
+            flags: inherit(parent.look.flags, object.flags, parent.separable),
+        };
+        let inverted = parent.inverted != object.flags.inverse;
+        let to_world = object.transform.then(&parent.to_world);
+        let kind = match &object.shape {
+            Shape::Csg { op, children, .. } => {
+                let (join, first_inverted, others_inverted) = join(*op, inverted);
+                let separable = parent.separable && *op == CsgOp::Union && object.clipped_by.is_empty();
+                let mut child = |(i, child): (usize, &'s Arc<Object>)| {
+                    let inverted = if i == 0 { first_inverted } else { others_inverted };
+                    self.node(child, &Inherited { to_world, look, inverted, separable })
+                };
+                let children: Vec<_> = children.iter().enumerate().map(&mut child).collect();
+                let cuttable = if *op == CsgOp::Difference { 1 } else { children.len() };
+                NodeKind::Group { join, children, cuttable }
+            }
+            shape => NodeKind::Leaf(self.leaf(shape, to_world, inverted, look)),
+        };
+        // Clips stand in the parent's space and are not turned inside out with the object.
+        let outside = Inherited { inverted: false, separable: false, ..*parent };
+        let clips = object.clipped_by.iter().map(|clip| self.node(clip, &outside)).collect();
+        Node { kind, clips, interior: look.interior }
+    }
+
+    fn leaf<'s>(
+        &mut self,
+        shape: &'s Shape,
+        to_world: Transform,
+        inverted: bool,
+        look: Look<'s>,
+    ) -> Leaf<'s> {
+        let id = self.leaves;
+        self.leaves += 1;
+        let m = to_world.forward.matrix3;
+        let reach = shape::reach(shape);
+        let reach = m.x_axis.abs() * reach.x
+            + m.y_axis.abs() * reach.y
+            + m.z_axis.abs() * reach.z
+            + to_world.forward.translation.abs();
+        Leaf {
+            id,
+            shape,
+            to_world,
+            inverted,
+            solid: shape::is_solid(shape),
+            reach: reach.max_element(),
+            look,
+        }
+    }
+
+    fn fresh(&mut self) -> InteriorId {
+        self.interiors.push(Arc::new(Interior::default()));
+        InteriorId(self.interiors.len() - 1)
+    }
+
+    fn interior(&mut self, interior: &Arc<Interior>) -> InteriorId {
+        let known = self.interiors.iter().position(|known| Arc::ptr_eq(known, interior));
+        InteriorId(known.unwrap_or_else(|| {
+            self.interiors.push(interior.clone());
+            self.interiors.len() - 1
+        }))
+    }
+}
+
+/// How a composite joins its children, and whether its first and its other children are inside out.
+///
+/// Turned inside out, a union becomes an intersection of its children turned inside out and back (De Morgan), so that
+/// its inner surfaces are gone; this is POV-Ray's rule too.
+fn join(op: CsgOp, inverted: bool) -> (Join, bool, bool) {
+    match (op, inverted) {
+        (CsgOp::Union, false) => (Join::Union, false, false),
+        (CsgOp::Merge, false) => (Join::Merge, false, false),
+        (CsgOp::Union | CsgOp::Merge, true) => (Join::Intersection, true, true),
+        (CsgOp::Intersection, false) => (Join::Intersection, false, false),
+        (CsgOp::Intersection, true) => (Join::Merge, true, true),
+        (CsgOp::Difference, false) => (Join::Intersection, false, true),
+        (CsgOp::Difference, true) => (Join::Merge, true, false),
+    }
+}
+
+/// A child's switches: its own and its ancestors'.
+///
+/// What hides an object from rays (`no_image` and its like) is asked of whole objects: parts of a plain union count as such,
+/// parts of any other composite do not (measured in POV-Ray 3.7).
+fn inherit(parent: Flags, own: Flags, separable: bool) -> Flags {
+    Flags {
+        no_shadow: parent.no_shadow || (separable && own.no_shadow),
+        no_image: parent.no_image || (separable && own.no_image),
+        no_reflection: parent.no_reflection || (separable && own.no_reflection),
+        hollow: parent.hollow || own.hollow,
+        inverse: false,
+        double_illuminate: parent.double_illuminate || own.double_illuminate,
+    }
+}
