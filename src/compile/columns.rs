@@ -74,6 +74,12 @@ kinds! {
     ellipsoids, Ellipsoid, Ellipsoids, 1.5, "ellipsoid";
     boxes, Box, Boxes, 1.2, "box";
     oriented_boxes, OrientedBox, OrientedBoxes, 2.0, "oriented box";
+    cylinders, Cylinder, Cylinders, 2.0, "cylinder";
+    open_cylinders, OpenCylinder, OpenCylinders, 2.0, "open cylinder";
+    cones, Cone, ClosedCones, 2.5, "cone";
+    open_cones, OpenCone, OpenCones, 2.5, "open cone";
+    discs, Disc, Discs, 1.5, "disc";
+    polygons, Polygon, Polygons, 4.0, "polygon";
     triangles, Triangle, Triangles, 1.5, "triangle";
     smooth_triangles, SmoothTriangle, SmoothTriangles, 1.5, "smooth triangle";
 }

@@ -33,6 +33,37 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
             columns.oriented_boxes.push(place, *min, *max);
             Some(Kind::OrientedBox)
         }
+        Shape::Cone { base, base_radius, cap, cap_radius, open } => {
+            let (base, cap) = ((*base, *base_radius), (*cap, *cap_radius));
+            Some(match (base_radius == cap_radius, open) {
+                (true, false) => {
+                    columns.cylinders.push(place, base, cap);
+                    Kind::Cylinder
+                }
+                (true, true) => {
+                    columns.open_cylinders.push(place, base, cap);
+                    Kind::OpenCylinder
+                }
+                (false, false) => {
+                    columns.cones.push(place, base, cap);
+                    Kind::Cone
+                }
+                (false, true) => {
+                    columns.open_cones.push(place, base, cap);
+                    Kind::OpenCone
+                }
+            })
+        }
+        Shape::Disc { center, normal, radius, hole } => {
+            columns.discs.push(place, *center, *normal, *radius, *hole);
+            Some(Kind::Disc)
+        }
+        Shape::Polygon { outlines } => {
+            let placed: Vec<Vec<DVec3>> =
+                outlines.iter().map(|o| o.iter().map(|&p| place.point(p)).collect()).collect();
+            columns.polygons.push(&placed);
+            Some(Kind::Polygon)
+        }
         Shape::Triangle { vertices, normals } => {
             let corners = vertices.map(|v| place.point(v));
             match normals {

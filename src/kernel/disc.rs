@@ -43,6 +43,7 @@ impl<S: Scalar> Discs<S> {
 
 impl<S: Scalar> Block<S> for Discs<S> {
     const ROOTS: usize = 1;
+    const SKIN_IS_PARTIAL: bool = true;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {
