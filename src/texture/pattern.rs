@@ -60,15 +60,15 @@ impl PatternProgram {
         match &self.kind {
             PatternKind::Blocks { pattern: BlockPattern::Checker, colors } => {
                 let odd = checker_is_odd(p);
-                pick(odd, &colors[1], pick_one(&colors[0]))
+                pick(odd, &colors[1], Colors::splat(&colors[0]))
             }
             PatternKind::Blocks { pattern: BlockPattern::Brick { size, mortar }, colors } => {
                 let in_mortar = brick_is_mortar(p, *size, *mortar);
-                pick(in_mortar, &colors[0], pick_one(&colors[1]))
+                pick(in_mortar, &colors[0], Colors::splat(&colors[1]))
             }
             PatternKind::Blocks { pattern: BlockPattern::Hexagon, colors } => {
                 let (second, third) = hexagon_cells(p);
-                pick(third, &colors[2], pick(second, &colors[1], pick_one(&colors[0])))
+                pick(third, &colors[2], pick(second, &colors[1], Colors::splat(&colors[0])))
             }
             PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
                 let value = match pattern {
@@ -80,12 +80,8 @@ impl PatternProgram {
     }
 }
 
-fn pick_one<L: Lane>(color: &Color) -> Colors<L> {
-    Colors { rgb: Vec3::splat(color.rgb), filter: L::lit(color.filter), transmit: L::lit(color.transmit) }
-}
-
 fn pick<L: Lane>(mask: Mask<L>, yes: &Color, no: Colors<L>) -> Colors<L> {
-    let yes = pick_one(yes);
+    let yes = Colors::splat(yes);
     Colors {
         rgb: Vec3::select(mask, yes.rgb, no.rgb),
         filter: mask.select(yes.filter, no.filter),
@@ -182,9 +178,9 @@ fn cycle<L: Lane>(v: L) -> L {
 /// Entries are looked up by the first place not below the value; before the first and after the last they hold on.
 fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors<L> {
     let Some((_, last)) = map.entries.last() else {
-        return pick_one(&Color::default());
+        return Colors::splat(&Color::default());
     };
-    let mut colors = pick_one(last);
+    let mut colors = Colors::splat(last);
     // From the end, so that the first entry at or above the value has the last word.
     for k in (0..map.entries.len()).rev() {
         let (place, color) = &map.entries[k];

@@ -2,7 +2,7 @@
 
 use super::{PatternProgram, TextureTable};
 use crate::lane::{LANES, Lane, Scalar, Vec3};
-use crate::scene::Finish;
+use crate::scene::{Color, Finish};
 
 /// The layers of a texture, top layer first.
 #[derive(Debug, Clone)]
@@ -41,6 +41,12 @@ pub struct Colors<L> {
 }
 
 impl<L: Lane> Colors<L> {
+    /// The same colour in every lane.
+    #[inline(always)]
+    pub fn splat(color: &Color) -> Self {
+        Self { rgb: Vec3::splat(color.rgb), filter: L::lit(color.filter), transmit: L::lit(color.transmit) }
+    }
+
     /// What the surface's own light is multiplied by.
     #[inline(always)]
     pub fn opacity(&self) -> L {
@@ -67,6 +73,9 @@ impl LayerProgram {
         match &self.pigment {
             PigmentProgram::Pattern(pattern) => pattern.colors(point),
             PigmentProgram::Plain => {
+                if textures.iter().all(|texture| *texture == textures[0]) {
+                    return Colors::splat(&table.textures[textures[0] as usize].colors[layer]);
+                }
                 let color = |k: usize| &table.textures[textures[k] as usize].colors[layer];
                 Colors {
                     rgb: Vec3::from_fn(|k| color(k).rgb),

@@ -66,6 +66,6 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             medium,
         };
         let lanes = crate::lane::Mask::<S::Lane>::first(eight.len()).bits();
-        queue.push(&rays, [NO_SURFACE; LANES], [0; LANES], &cargo, lanes);
+        queue.push(&rays, &[NO_SURFACE; LANES], &[0; LANES], &cargo, lanes);
     }
 }

@@ -1,6 +1,6 @@
 //! Hits of a batch of rays in columns, sorted by what shades them.
 
-use super::queue::{Columns3, push_lanes};
+use super::queue::{Columns3, LaneList};
 use super::trace::{Query, locate};
 use crate::compile::{Compiled, NO_SURFACE, WithBlock};
 use crate::kernel::{Block, Rays, Surfaces};
@@ -160,17 +160,19 @@ impl<S: Scalar> HitList<S> {
         share: S::Lane,
         lanes: u8,
     ) {
+        if lanes == 0 {
+            return;
+        }
+        let lanes = &LaneList::new(lanes);
         self.point.push(found.point, lanes);
         self.normal.push(found.normal, lanes);
-        push_lanes(&mut self.t, query.t, lanes);
-        push_lanes(&mut self.share, share, lanes);
-        for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-            self.ray.push((first + k) as u32);
-            self.surface.push(query.surface[k]);
-            self.part.push(found.part[k]);
-            self.owner.push(owners[k]);
-            self.texture.push(textures[k]);
-        }
+        lanes.push(&mut self.t, &query.t.to_array());
+        lanes.push(&mut self.share, &share.to_array());
+        lanes.push(&mut self.ray, &std::array::from_fn(|k| (first + k) as u32));
+        lanes.push(&mut self.surface, &query.surface);
+        lanes.push(&mut self.part, &found.part);
+        lanes.push(&mut self.owner, owners);
+        lanes.push(&mut self.texture, textures);
     }
 
     /// Sorts rows by texture program, rows of one program in their order (a counting sort).

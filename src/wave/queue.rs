@@ -14,11 +14,12 @@ pub struct Columns3<S> {
 }
 
 impl<S: Scalar> Columns3<S> {
-    /// Appends the lanes of `v` whose bit is set.
-    pub fn push(&mut self, v: Vec3<S::Lane>, lanes: u8) {
-        push_lanes(&mut self.x, v.x, lanes);
-        push_lanes(&mut self.y, v.y, lanes);
-        push_lanes(&mut self.z, v.z, lanes);
+    /// Appends the lanes of `v`.
+    #[inline(always)]
+    pub fn push(&mut self, v: Vec3<S::Lane>, lanes: &LaneList) {
+        lanes.push(&mut self.x, &v.x.to_array());
+        lanes.push(&mut self.y, &v.y.to_array());
+        lanes.push(&mut self.z, &v.z.to_array());
     }
 
     /// Eight rows by number.
@@ -46,23 +47,32 @@ impl<S: Scalar> Columns3<S> {
     }
 }
 
-/// Appends the lanes of `v` whose bit is set.
-#[inline(always)]
-pub fn push_lanes<L: Lane>(column: &mut Vec<L::Scalar>, v: L, lanes: u8) {
-    let v = v.to_array();
-    for (k, x) in v.into_iter().enumerate() {
-        if lanes >> k & 1 == 1 {
-            column.push(x);
-        }
-    }
+/// The lanes of a packet that go on, as a list: made once, used for every column.
+#[derive(Debug, Clone, Copy)]
+pub struct LaneList {
+    lanes: [u8; LANES],
+    len: usize,
 }
 
-/// Appends the numbers whose bit is set.
-#[inline(always)]
-pub fn push_numbers<T: Copy>(column: &mut Vec<T>, v: [T; LANES], lanes: u8) {
-    for (k, x) in v.into_iter().enumerate() {
-        if lanes >> k & 1 == 1 {
-            column.push(x);
+impl LaneList {
+    /// The set bits.
+    #[inline(always)]
+    pub fn new(bits: u8) -> Self {
+        let mut list = Self { lanes: [0; LANES], len: 0 };
+        for k in 0..LANES {
+            list.lanes[list.len & 7] = k as u8;
+            list.len += usize::from(bits >> k & 1);
+        }
+        list
+    }
+
+    /// Appends the list's lanes of `values` to a column.
+    #[inline(always)]
+    pub fn push<T: Copy>(&self, column: &mut Vec<T>, values: &[T; LANES]) {
+        if self.len == LANES {
+            column.extend_from_slice(values);
+        } else {
+            column.extend(self.lanes[..self.len].iter().map(|&k| values[usize::from(k & 7)]));
         }
     }
 }
@@ -107,12 +117,19 @@ impl<S: Scalar> Geometry<S> {
         self.left.len()
     }
 
-    /// Appends the lanes whose bit is set.
-    pub fn push(&mut self, rays: &Rays<S::Lane>, left: [SurfaceId; LANES], part: [u8; LANES], lanes: u8) {
+    /// Appends the lanes of the list.
+    #[inline(always)]
+    pub fn push(
+        &mut self,
+        rays: &Rays<S::Lane>,
+        left: &[SurfaceId; LANES],
+        part: &[u8; LANES],
+        lanes: &LaneList,
+    ) {
         self.origin.push(rays.origin, lanes);
         self.dir.push(rays.dir, lanes);
-        push_numbers(&mut self.left, left, lanes);
-        push_numbers(&mut self.part, part, lanes);
+        lanes.push(&mut self.left, left);
+        lanes.push(&mut self.part, part);
     }
 
     /// Rows from `len` on are dropped.
@@ -177,18 +194,22 @@ impl<S: Scalar> RayQueue<S> {
     pub fn push(
         &mut self,
         rays: &Rays<S::Lane>,
-        left: [SurfaceId; LANES],
-        part: [u8; LANES],
+        left: &[SurfaceId; LANES],
+        part: &[u8; LANES],
         cargo: &Cargo<S::Lane>,
         lanes: u8,
     ) {
+        if lanes == 0 {
+            return;
+        }
+        let lanes = &LaneList::new(lanes);
         self.geometry.push(rays, left, part, lanes);
         self.throughput.push(cargo.throughput, lanes);
-        push_lanes(&mut self.weight, cargo.weight, lanes);
-        push_lanes(&mut self.share, cargo.share, lanes);
-        push_numbers(&mut self.sink, cargo.sink, lanes);
-        push_numbers(&mut self.level, cargo.level, lanes);
-        push_numbers(&mut self.medium, cargo.medium, lanes);
+        lanes.push(&mut self.weight, &cargo.weight.to_array());
+        lanes.push(&mut self.share, &cargo.share.to_array());
+        lanes.push(&mut self.sink, &cargo.sink);
+        lanes.push(&mut self.level, &cargo.level);
+        lanes.push(&mut self.medium, &cargo.medium);
     }
 
     /// Moves the rows from `first` on to the empty queue `to`.
@@ -242,17 +263,18 @@ impl<S: Scalar> ShadowQueue<S> {
     pub fn push(
         &mut self,
         rays: &Rays<S::Lane>,
-        surface: ([SurfaceId; LANES], [u8; LANES]),
+        surface: (&[SurfaceId; LANES], &[u8; LANES]),
         distance: S::Lane,
         light: Vec3<S::Lane>,
-        (sink, medium): ([u32; LANES], [u32; LANES]),
+        (sink, medium): (&[u32; LANES], &[u32; LANES]),
         lanes: u8,
     ) {
+        let lanes = &LaneList::new(lanes);
         self.geometry.push(rays, surface.0, surface.1, lanes);
-        push_lanes(&mut self.t_max, distance, lanes);
+        lanes.push(&mut self.t_max, &distance.to_array());
         self.light.push(light, lanes);
-        push_numbers(&mut self.sink, sink, lanes);
-        push_numbers(&mut self.medium, medium, lanes);
+        lanes.push(&mut self.sink, sink);
+        lanes.push(&mut self.medium, medium);
     }
 
     /// Drops all rows.

@@ -259,16 +259,21 @@ fn direct_light<L: Lane>(
             let c = mirrored.dot(incidence.dir);
             // POV-Ray leaves out what a large exponent makes invisible.
             let least = if finish.phong_size >= 60.0 { 0.0008 } else { 0.0 };
-            let seen = c.gt(L::lit(least));
-            highlight += seen.keep(c.max(L::zero()).pow(L::lit(finish.phong_size)) * L::lit(finish.phong));
+            let seen = c.gt(L::lit(least)) & lit;
+            if seen.any() {
+                highlight +=
+                    seen.keep(c.max(L::zero()).pow(L::lit(finish.phong_size)) * L::lit(finish.phong));
+            }
         }
         if finish.specular > 0.0 {
             let half = incidence.dir - hit.dir;
             let length = half.length();
             let c = half.dot(hit.normal) / length;
-            let seen = length.gt(L::zero()) & c.gt(L::zero());
-            let c = seen.keep(c);
-            highlight += seen.keep(c.pow(L::lit(1.0 / finish.roughness)) * L::lit(finish.specular));
+            let seen = length.gt(L::zero()) & c.gt(L::zero()) & lit;
+            if seen.any() {
+                let c = seen.keep(c);
+                highlight += seen.keep(c.pow(L::lit(1.0 / finish.roughness)) * L::lit(finish.specular));
+            }
         }
         let highlight = lit.keep(highlight);
         sum += match finish.metallic {
@@ -366,7 +371,14 @@ fn queue_light<S: Scalar>(lamp: &Lamp<S::Lane>, number: usize, hit: &Hit<S::Lane
     }
     let Incidence { dir, distance, .. } = lamp.incidence;
     let rays = Rays { origin: hit.point, dir };
-    emit.shadows[number].push(&rays, (hit.surface, hit.part), distance, sum, (hit.sink, hit.medium), lanes);
+    emit.shadows[number].push(
+        &rays,
+        (&hit.surface, &hit.part),
+        distance,
+        sum,
+        (&hit.sink, &hit.medium),
+        lanes,
+    );
 }
 
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
@@ -409,7 +421,7 @@ fn transmit<S: Scalar, B: Scalar>(
         level: level(straight.bits()),
         medium: crossings.map(|c| c.next),
     };
-    emit.refracted.push(&rays, hit.surface, hit.part, &cargo, (seen & !back).bits());
+    emit.refracted.push(&rays, &hit.surface, &hit.part, &cargo, (seen & !back).bits());
 
     let mirrored = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
     let rays = Rays { origin: hit.point, dir: mirrored };
@@ -420,7 +432,7 @@ fn transmit<S: Scalar, B: Scalar>(
         medium: hit.medium,
         ..cargo
     };
-    emit.reflected.push(&rays, hit.surface, hit.part, &cargo, (seen & back).bits());
+    emit.reflected.push(&rays, &hit.surface, &hit.part, &cargo, (seen & back).bits());
     back
 }
 
@@ -490,5 +502,5 @@ fn reflect<S: Scalar, B: Scalar>(
         cargo.sink = emit.sums.defer(&hit.sink, cargo.throughput, 1.0 / mirror.finish.exponent, lanes);
         cargo.throughput = Vec3::lit(1.0);
     }
-    emit.reflected.push(&rays, hit.surface, hit.part, &cargo, lanes);
+    emit.reflected.push(&rays, &hit.surface, &hit.part, &cargo, lanes);
 }

@@ -32,9 +32,10 @@ impl Sums {
 
     /// Adds light in the lanes whose bit is set.
     pub fn add<L: Lane>(&mut self, sink: &[u32; LANES], light: Vec3<L>, lanes: u8) {
+        let [x, y, z] = [light.x, light.y, light.z].map(|c| c.to_f64s().to_array());
         for (k, &sink) in sink.iter().enumerate() {
             if lanes >> k & 1 == 1 {
-                self.rgb[sink as usize] += light.lane(k);
+                self.rgb[sink as usize] += Rgb::new(x[k], y[k], z[k]);
             }
         }
     }
