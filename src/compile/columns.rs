@@ -79,6 +79,7 @@ kinds! {
     cones, Cone, ClosedCones, 2.5, "cone";
     open_cones, OpenCone, OpenCones, 2.5, "open cone";
     discs, Disc, Discs, 1.5, "disc";
+    tori, Torus, Tori, 25.0, "torus";
     polygons, Polygon, Polygons, 4.0, "polygon";
     triangles, Triangle, Triangles, 1.5, "triangle";
     smooth_triangles, SmoothTriangle, SmoothTriangles, 1.5, "smooth triangle";

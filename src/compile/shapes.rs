@@ -58,6 +58,10 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
             columns.discs.push(place, *center, *normal, *radius, *hole);
             Some(Kind::Disc)
         }
+        Shape::Torus { major, minor } => {
+            columns.tori.push(place, *major, *minor);
+            Some(Kind::Torus)
+        }
         Shape::Polygon { outlines } => {
             let placed: Vec<Vec<DVec3>> =
                 outlines.iter().map(|o| o.iter().map(|&p| place.point(p)).collect()).collect();

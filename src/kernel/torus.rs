@@ -310,6 +310,7 @@ impl<S: Scalar> Tori<S> {
 
 impl<S: Scalar> Block<S> for Tori<S> {
     const ROOTS: usize = 4;
+    const SKIN_IS_PARTIAL: bool = true;
     type Roots = [S::Lane; 4];
 
     fn len(&self) -> usize {
