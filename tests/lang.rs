@@ -37,6 +37,24 @@ fn expressions_have_their_values() {
     }
 }
 
+/// Every scene in `tests/lang` says by `#debug` what it said in POV-Ray 3.7 (recorded by `tests/lang/make.py`).
+#[test]
+fn values_are_those_of_pov_ray() {
+    let mut count = 0;
+    let mut paths: Vec<_> =
+        std::fs::read_dir("tests/lang").unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths.iter().filter(|path| path.extension().is_some_and(|e| e == "scn")) {
+        let done = octray::eval::load(path, &Options::default());
+        let told: Vec<_> = done.diagnostics.iter().map(|d| d.short(&done.sources)).collect();
+        assert!(told.is_empty(), "{told:?}");
+        let expected = std::fs::read_to_string(path.with_extension("out")).unwrap();
+        assert_eq!(done.stream(Stream::Debug), expected, "{}", path.display());
+        count += 1;
+    }
+    assert!(count >= 25, "only {count} scenes in tests/lang");
+}
+
 #[test]
 fn macros_are_tokens_in_place_of_the_call() {
     assert_eq!(debug("#macro A() 1+2 #end #declare V = A()*3; #debug str(V, 0, 0)"), "7");

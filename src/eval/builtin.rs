@@ -13,17 +13,10 @@ impl Machine<'_> {
         use Keyword as K;
         let constant = match word {
             K::Pi => PI,
-            K::Tau => 2.0 * PI,
             K::True | K::Yes | K::On => 1.0,
             K::False | K::No | K::Off => 0.0,
             K::Clock => self.options.clock,
-            K::ClockDelta => 1.0,
             K::ClockOn => 0.0,
-            K::InitialClock => 0.0,
-            K::FinalClock => 1.0,
-            K::FrameNumber | K::InitialFrame | K::FinalFrame => 1.0,
-            K::ImageWidth => self.options.image_width as f64,
-            K::ImageHeight => self.options.image_height as f64,
             K::Version => self.version_read(),
             K::Now => now(),
             _ => return self.builtin_vector(word),
@@ -64,9 +57,9 @@ impl Machine<'_> {
         let value = match word {
             K::Atan2 => self.two(f64::atan2)?,
             K::Pow => self.two(f64::powf)?,
-            // C's fmod and truncation, not Rust's floored or Euclidean forms.
+            // C's fmod: the sign is the first one's.
             K::Mod => self.two(|a, b| a % b)?,
-            K::Div => self.two(|a, b| (a / b).trunc())?,
+            K::Div => self.two(|a, b| to_int(a / b))?,
             K::BitwiseAnd => self.fold_bits(|a, b| a & b)?,
             K::BitwiseOr => self.fold_bits(|a, b| a | b)?,
             K::BitwiseXor => self.fold_bits(|a, b| a ^ b)?,
@@ -185,7 +178,7 @@ impl Machine<'_> {
     }
 
     fn fold_bits(&mut self, f: impl Fn(i64, i64) -> i64) -> Res<Num> {
-        self.fold(|a, b| f(a as i64, b as i64) as f64)
+        self.fold(|a, b| f(to_int(a) as i64, to_int(b) as i64) as f64)
     }
 
     /// `select(v, negative, zero, positive)` or `select(v, negative, other)`.
@@ -265,7 +258,7 @@ pub(super) fn float_function(word: Keyword) -> Option<fn(f64) -> f64> {
         K::Radians => |v| v * (PI / 180.0),
         K::Exp => f64::exp,
         K::Floor => f64::floor,
-        K::Int => f64::trunc,
+        K::Int => to_int,
         K::Ln => f64::ln,
         K::Log => f64::log10,
         K::Sin => f64::sin,
@@ -313,6 +306,12 @@ fn is_call(word: Keyword) -> bool {
             | K::MaxExtent
             | K::Inside
     )
+}
+
+/// Truncation as C's cast to a 32-bit integer does it on the machines POV-Ray runs on: what does not fit is the
+/// smallest integer (measured).
+fn to_int(value: f64) -> f64 {
+    if value > -2_147_483_649.0 && value < 2_147_483_648.0 { value.trunc() } else { f64::from(i32::MIN) }
 }
 
 /// `val("12.5 mm")` is 12.5, as C's `atof` has it.

@@ -324,10 +324,7 @@ impl Machine<'_> {
             place.path.push(index);
             element = Some(place);
         }
-        let outer = self.declaring.replace((self.braces, self.macros));
-        let value = self.expect(Mark::Equal).and_then(|_| self.rvalue());
-        self.declaring = outer;
-        let value = match value {
+        let value = match self.expect(Mark::Equal).and_then(|_| self.rvalue()) {
             Ok(value) => value,
             Err(stop) => {
                 // Whoever uses the name later should not be told again.
@@ -349,7 +346,8 @@ impl Machine<'_> {
             None => self.assign(symbol, local, value),
         }
         // POV-Ray insists since 3.5 and says nothing in older scenes.
-        if needs_semicolon && self.version > 3.1 && self.peek_raw() != Token::Mark(Mark::Semicolon) {
+        if needs_semicolon && self.version > 3.1 && self.peek_behind_value()? != Token::Mark(Mark::Semicolon)
+        {
             let found = self.describe_raw();
             return Err(
                 self.error_here(format!("expected `;` after the value of a declaration, found {found}"))

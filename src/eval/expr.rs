@@ -55,7 +55,9 @@ impl Machine<'_> {
     pub fn expr_from(&mut self, first: Num) -> Res<Num> {
         let mut sum = self.term_from(first)?;
         loop {
-            let Token::Mark(mark @ (Mark::Plus | Mark::Minus)) = self.peek()? else { return Ok(sum) };
+            let Token::Mark(mark @ (Mark::Plus | Mark::Minus)) = self.peek_operator()? else {
+                return Ok(sum);
+            };
             self.next()?;
             let right = self.factor()?;
             let right = self.term_from(right)?;
@@ -67,20 +69,22 @@ impl Machine<'_> {
     fn term_from(&mut self, first: Num) -> Res<Num> {
         let mut product = self.suffix(first)?;
         loop {
-            let Token::Mark(mark @ (Mark::Star | Mark::Slash)) = self.peek()? else { return Ok(product) };
+            let Token::Mark(mark @ (Mark::Star | Mark::Slash)) = self.peek_operator()? else {
+                return Ok(product);
+            };
             self.next()?;
             let right = self.factor()?;
             product = if mark == Mark::Star {
                 product.zip(right, |a, b| a * b)
             } else {
-                product.zip(right, |a, b| a / b)
+                product.zip(right, divide)
             };
         }
     }
 
     /// `.x`, `.red` and the like, any number of times.
     fn suffix(&mut self, mut value: Num) -> Res<Num> {
-        while self.peek()? == Token::Mark(Mark::Dot) {
+        while self.peek_operator()? == Token::Mark(Mark::Dot) {
             self.next()?;
             let lexeme = self.next()?;
             let component = match lexeme.token {
@@ -135,7 +139,7 @@ impl Machine<'_> {
                 let value = self.deeper(|m| m.factor())?;
                 return Ok(match mark {
                     Mark::Minus => value.map(|v| -v),
-                    Mark::Not => value.map(|v| f64::from(v == 0.0)),
+                    Mark::Not => value.map(|v| f64::from(v.abs() < EQUAL_WITHIN)),
                     _ => value,
                 });
             }
@@ -240,10 +244,10 @@ impl Machine<'_> {
             let (a, b) = (value.v[0], right.v[0]);
             let holds = match mark {
                 Mark::Less => a < b,
-                Mark::LessEqual => a <= b,
+                Mark::LessEqual => a <= b + EQUAL_WITHIN,
                 Mark::Equal => (a - b).abs() < EQUAL_WITHIN,
                 Mark::NotEqual => (a - b).abs() >= EQUAL_WITHIN,
-                Mark::GreaterEqual => a >= b,
+                Mark::GreaterEqual => a >= b - EQUAL_WITHIN,
                 _ => a > b,
             };
             value = Num::float(f64::from(holds));
@@ -261,7 +265,9 @@ impl Machine<'_> {
             Value::Number(num) => Ok(Value::Number(*num)),
             Value::Array(_) => {
                 let mut value = value.clone();
-                while matches!(value, Value::Array(_)) && self.peek()? == Token::Mark(Mark::OpenBracket) {
+                while matches!(value, Value::Array(_))
+                    && self.peek_behind_value()? == Token::Mark(Mark::OpenBracket)
+                {
                     let index = self.subscripts(Some(&value))?;
                     let Value::Array(array) = &value else { break };
                     value = match index.and_then(|index| array.items[index].clone()) {
@@ -309,7 +315,7 @@ impl Machine<'_> {
                 let lexeme = m.next()?;
                 match m.name_value(lexeme)? {
                     Value::Number(num) => Ok(Value::Number(m.expr_from(num)?)),
-                    Value::Function(function) if m.peek()? == Token::Mark(Mark::OpenParen) => {
+                    Value::Function(function) if m.peek_behind_value()? == Token::Mark(Mark::OpenParen) => {
                         let first = m.call_function(&function)?;
                         Ok(Value::Number(m.expr_from(first)?))
                     }
@@ -328,31 +334,35 @@ impl Machine<'_> {
         let Token::Name(symbol) = self.peek()? else { return Ok(Slot::Value(self.rvalue()?)) };
         let lexeme = self.next()?;
         let Some(mut place) = self.scopes.place(symbol) else { return self.unknown(symbol, lexeme) };
-        while self.peek()? == Token::Mark(Mark::OpenBracket) {
-            let array = self.scopes.at(&place).cloned();
-            let Some(index) = self.subscripts(array.as_ref())? else {
-                return Err(self.error("this has no such element", self.span(lexeme)));
-            };
+        let mut value = self.scopes.at(&place).cloned();
+        let depth = self.scopes.depth();
+        while matches!(value, Some(Value::Array(_)))
+            && self.peek_behind_value()? == Token::Mark(Mark::OpenBracket)
+        {
+            let Some(index) = self.subscripts(value.as_ref())? else { break };
             place.path.push(index);
+            value = self.scopes.at(&place).cloned();
         }
         let next = self.peek()?;
-        match self.scopes.at(&place) {
+        // If looking on has left the macro that the name belongs to, its value is all that is left of it.
+        let gone = self.scopes.depth() < depth;
+        match value {
             Some(Value::Poison) => Err(Stop::Silent),
             Some(Value::Number(num)) => {
-                let num = *num;
                 use Mark::{Dot, Minus, Plus, Slash, Star};
                 match next {
                     Token::Mark(Plus | Minus | Star | Slash | Dot) => {
                         Ok(Slot::Value(Value::Number(self.expr_from(num)?)))
                     }
+                    _ if gone => Ok(Slot::Value(Value::Number(num))),
                     _ => Ok(Slot::Reference(place)),
                 }
             }
             Some(Value::Function(function)) if next == Token::Mark(Mark::OpenParen) => {
-                let function = function.clone();
                 let first = self.call_function(&function)?;
                 Ok(Slot::Value(Value::Number(self.expr_from(first)?)))
             }
+            Some(value) if gone => Ok(Slot::Value(value)),
             _ => Ok(Slot::Reference(place)),
         }
     }
@@ -360,7 +370,7 @@ impl Machine<'_> {
     /// `array[2][3] {{...}, {...}}`; the word has been taken.
     pub fn array(&mut self) -> Res<Value> {
         let mut dims: SmallVec<[usize; 2]> = SmallVec::new();
-        while self.peek()? == Token::Mark(Mark::OpenBracket) {
+        while self.peek_behind_value()? == Token::Mark(Mark::OpenBracket) {
             self.next()?;
             let size = (self.float()? + EQUAL_WITHIN).floor();
             if !(size >= 1.0) || dims.len() == 5 {
@@ -375,7 +385,7 @@ impl Machine<'_> {
         let count = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).unwrap_or(usize::MAX);
         self.charge(count.saturating_mul(std::mem::size_of::<Option<Value>>()))?;
         let mut items = vec![None; count];
-        if self.peek()? == Token::Mark(Mark::OpenBrace) {
+        if self.peek_behind_value()? == Token::Mark(Mark::OpenBrace) {
             self.initialise(&dims, &mut items)?;
         }
         Ok(Value::Array(Arc::new(Array { dims, items })))
@@ -396,6 +406,11 @@ impl Machine<'_> {
         }
         self.close("array", open)
     }
+}
+
+/// Division; by zero it gives infinity, whatever the signs (measured).
+fn divide(a: f64, b: f64) -> f64 {
+    if b == 0.0 { f64::INFINITY } else { a / b }
 }
 
 /// A vector as the language writes it.

@@ -54,6 +54,23 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) ->
         machine.files_read.push(path.into());
         machine.folder = path.parent().map(Into::into);
     }
+    // These can be declared anew, as POV-Ray lets them: they are no keywords.
+    let given = [
+        ("image_width", options.image_width as f64),
+        ("image_height", options.image_height as f64),
+        ("clock_delta", 1.0),
+        ("initial_clock", 0.0),
+        ("final_clock", 1.0),
+        ("frame_number", 1.0),
+        ("initial_frame", 1.0),
+        ("final_frame", 1.0),
+    ];
+    for (name, value) in given {
+        let symbol = machine.symbols.intern(name);
+        machine.scopes.declare(symbol, Value::Number(Num::float(value)));
+    }
+    let symbol = machine.symbols.intern("input_file_name");
+    machine.scopes.declare(symbol, Value::String(name.into()));
     for (name, value) in &options.declares {
         let symbol = machine.symbols.intern(name);
         let value = match value.trim().parse() {

@@ -85,10 +85,6 @@ pub(super) struct Machine<'a> {
     pub last: Lexeme,
     /// Braces open around the next token.
     pub braces: usize,
-    /// Frames that are macros (or the scene itself).
-    pub macros: usize,
-    /// Braces and macros around the declaration whose value is being read.
-    pub declaring: Option<(usize, usize)>,
     nesting: usize,
     /// False while names are wanted as they stand (`#ifdef`, `#declare`, skipping).
     pub expand: bool,
@@ -127,8 +123,6 @@ impl<'a> Machine<'a> {
             peeked: None,
             last: start,
             braces: 0,
-            macros: 0,
-            declaring: None,
             nesting: 0,
             expand: true,
             steps: 0,
@@ -158,8 +152,8 @@ impl<'a> Machine<'a> {
     #[inline]
     pub fn next(&mut self) -> Res<Lexeme> {
         let lexeme = match self.peeked.take() {
-            Some(lexeme) if !matches!(lexeme.token, Token::Directive(..)) => lexeme,
-            held => self.pull(held)?,
+            Some(lexeme) => lexeme,
+            None => self.pull()?,
         };
         match lexeme.token {
             Token::Mark(Mark::OpenBrace) => self.braces += 1,
@@ -173,12 +167,8 @@ impl<'a> Machine<'a> {
     /// Looks at the next token. Directives before it are carried out.
     #[inline]
     pub fn peek(&mut self) -> Res<Token> {
-        match self.peeked {
-            Some(lexeme) if !matches!(lexeme.token, Token::Directive(..)) => {}
-            held => {
-                self.peeked = None;
-                self.peeked = Some(self.pull(held)?);
-            }
+        if self.peeked.is_none() {
+            self.peeked = Some(self.pull()?);
         }
         Ok(self.peeked.map_or(Token::End, |lexeme| lexeme.token))
     }
@@ -189,18 +179,11 @@ impl<'a> Machine<'a> {
         Ok(self.peeked.unwrap_or(self.last))
     }
 
-    /// The next token of the text; directives and macro calls on the way are carried out. `held` is a declaration
-    /// that was met while another one was not done yet.
-    fn pull(&mut self, mut held: Option<Lexeme>) -> Res<Lexeme> {
+    /// The next token of the text; directives and macro calls on the way are carried out.
+    fn pull(&mut self) -> Res<Lexeme> {
         loop {
-            if let Some(lexeme) = held.take().or_else(|| self.peeked.take()) {
-                match lexeme.token {
-                    Token::Directive(directive, jump) if self.may_declare() => {
-                        self.directive(directive, jump, lexeme)?;
-                        continue;
-                    }
-                    _ => return Ok(lexeme),
-                }
+            if let Some(lexeme) = self.peeked.take() {
+                return Ok(lexeme);
             }
             self.steps += 1;
             if self.steps > self.options.limits.steps {
@@ -210,7 +193,6 @@ impl<'a> Machine<'a> {
                 )));
             }
             let depth = self.frames.len();
-            let may_declare = self.may_declare();
             let Some(frame) = self.frames.last_mut() else {
                 return Ok(Lexeme { token: Token::End, ..self.last });
             };
@@ -221,9 +203,6 @@ impl<'a> Machine<'a> {
             };
             frame.next += 1;
             match lexeme.token {
-                Token::Directive(Directive::Declare | Directive::Local, _) if !may_declare => {
-                    return Ok(lexeme);
-                }
                 Token::Directive(directive, jump) => self.directive(directive, jump, lexeme)?,
                 Token::Name(symbol) if self.expand => {
                     let Some(Value::Macro(callee)) = self.scopes.get(symbol) else { return Ok(lexeme) };
@@ -249,6 +228,23 @@ impl<'a> Machine<'a> {
             (None, Some(frame)) => self.programs[frame.program as usize].tokens[frame.next as usize],
             (None, None) => Token::End,
         }
+    }
+
+    /// Looks at the token behind what may be a whole value: a directive there is not carried out but ends the
+    /// value. `#declare A = B` goes without a semicolon for most kinds of values, and the next `#declare` or `#ifdef`
+    /// must find `A` declared.
+    pub fn peek_behind_value(&mut self) -> Res<Token> {
+        match self.peek_raw() {
+            token @ Token::Directive(directive, _) if directive != Directive::EndMacro => Ok(token),
+            _ => self.peek(),
+        }
+    }
+
+    /// Looks at the token behind a number, which may be an operator. In scenes before 3.5 numbers too are declared without
+    /// a semicolon.
+    #[inline]
+    pub fn peek_operator(&mut self) -> Res<Token> {
+        if self.version > 3.1 { self.peek() } else { self.peek_behind_value() }
     }
 
     /// The token that [`Machine::peek_raw`] sees, for messages.
@@ -277,17 +273,9 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// False while the value of a declaration is being read: `#declare A = texture {...}` may go on with another
-    /// `texture`, but the next `#declare` must wait until `A` is there. Inside its braces, or inside a
-    /// macro called for it, declarations are carried out at once.
-    fn may_declare(&self) -> bool {
-        self.declaring.is_none_or(|(braces, macros)| self.braces > braces || self.macros > macros)
-    }
-
     /// Ends the innermost include or macro.
     pub fn leave_frame(&mut self) {
         if let Some(frame) = self.frames.pop() {
-            self.macros -= usize::from(frame.kind != FrameKind::Include);
             self.loops.truncate(frame.loops);
             self.scopes.pop();
         }
@@ -302,7 +290,6 @@ impl<'a> Machine<'a> {
         if !self.frames.is_empty() {
             self.scopes.push();
         }
-        self.macros += usize::from(kind != FrameKind::Include);
         self.frames.push(Frame { program, next, loops: self.loops.len(), kind, from });
         Ok(())
     }

@@ -43,6 +43,11 @@ pub(super) struct Place {
 }
 
 impl Scopes {
+    /// How many includes and calls are open.
+    pub fn depth(&self) -> usize {
+        self.locals.len()
+    }
+
     pub fn push(&mut self) {
         self.locals.push(Vec::new());
     }

@@ -15,7 +15,6 @@ impl Machine<'_> {
     pub fn run(&mut self) {
         loop {
             self.braces = 0;
-            self.declaring = None;
             match self.statement() {
                 Ok(true) => {}
                 Ok(false) => break,
@@ -34,7 +33,6 @@ impl Machine<'_> {
     /// After an error: goes on to the end of the statement it was in. False if there is no more.
     fn resume(&mut self) -> bool {
         self.expand = true;
-        self.declaring = None;
         loop {
             let in_block = self.braces > 0;
             let step = self.peek().and_then(|token| {
@@ -249,7 +247,8 @@ impl Machine<'_> {
                 self.next()?;
                 let mut texture = self.texture()?;
                 // `#declare T = texture {...} texture {...}` is a layered texture.
-                while self.accept_word(K::Texture)? {
+                while self.peek_behind_value()? == Token::Word(K::Texture) {
+                    self.next()?;
                     let mut layers = Some(texture);
                     let above = self.texture()?;
                     super::texture::layer_over(&mut layers, above);

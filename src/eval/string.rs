@@ -45,9 +45,6 @@ impl Machine<'_> {
     }
 
     fn string_call(&mut self, word: Keyword, path: bool) -> Res<String> {
-        if word == Keyword::InputFileName {
-            return Ok(self.sources.files().first().map_or(String::new(), |file| file.name.clone()));
-        }
         self.expect(Mark::OpenParen)?;
         let text = match word {
             Keyword::Concat => {
@@ -117,18 +114,7 @@ impl Machine<'_> {
 /// True if the word begins a string.
 pub(super) fn is_string_function(word: Keyword) -> bool {
     use Keyword as K;
-    matches!(
-        word,
-        K::Concat
-            | K::Chr
-            | K::Str
-            | K::Vstr
-            | K::Strlwr
-            | K::Strupr
-            | K::Substr
-            | K::Datetime
-            | K::InputFileName
-    )
+    matches!(word, K::Concat | K::Chr | K::Str | K::Vstr | K::Strlwr | K::Strupr | K::Substr | K::Datetime)
 }
 
 /// As C's `printf` with `%*.*f`; a negative number of digits means six, a width below 0 fills with zeros

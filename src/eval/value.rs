@@ -144,8 +144,9 @@ impl Num {
         DVec3::new(v[0], v[1], v[2])
     }
 
+    /// Floats nearer to 0 than POV-Ray's epsilon are false (measured).
     pub fn is_true(self) -> bool {
-        self.v[0] != 0.0
+        self.v[0].abs() >= super::directive::EQUAL_WITHIN
     }
 }
 
