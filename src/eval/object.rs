@@ -127,7 +127,7 @@ impl Machine<'_> {
             }
             K::Interior => {
                 self.next()?;
-                let interior = self.interior()?;
+                let interior = self.interior(object.interior.as_deref())?;
                 lacks.add(&interior.lacks);
                 object.interior = Some(interior.value);
             }
@@ -257,12 +257,28 @@ impl Machine<'_> {
         self.miss(&value.lacks);
         self.scene.lights.extend(value.lights);
         if let Some(mut object) = value.object {
-            if object.texture.is_none() {
+            self.give_default(&mut object);
+            self.scene.objects.push(Arc::new(object));
+        }
+    }
+
+    /// Gives the default texture to what has none, but not to what `cutaway_textures` is to give one.
+    fn give_default(&mut self, object: &mut Object) {
+        if object.texture.is_some() {
+            return;
+        }
+        match &mut object.shape {
+            Shape::Csg { cutaway_textures: true, .. } => {}
+            Shape::Csg { op: CsgOp::Union, children, .. }
+                if children.iter().any(|child| is_cutaway(child)) =>
+            {
+                children.iter_mut().for_each(|child| self.give_default(Arc::make_mut(child)));
+            }
+            _ => {
                 let lacks = self.default_texture.lacks.clone();
                 self.miss(&lacks);
                 object.texture = Some(self.shared_default());
             }
-            self.scene.objects.push(Arc::new(object));
         }
     }
 
@@ -345,4 +361,14 @@ pub(super) fn is_object(word: Keyword) -> bool {
             | K::Superellipsoid
             | K::Text
     )
+}
+
+/// True if an untextured part of it shows what it cuts.
+fn is_cutaway(object: &Object) -> bool {
+    match &object.shape {
+        Shape::Csg { cutaway_textures, op, children } => {
+            *cutaway_textures || (*op == CsgOp::Union && children.iter().any(|child| is_cutaway(child)))
+        }
+        _ => false,
+    }
 }

@@ -270,7 +270,7 @@ impl Machine<'_> {
             }
             K::Interior => {
                 self.next()?;
-                Value::Interior(self.interior()?)
+                Value::Interior(self.interior(None)?)
             }
             K::Material => {
                 self.next()?;

@@ -141,8 +141,9 @@ impl Machine<'_> {
         Ok(lacks)
     }
 
-    /// The block behind `interior`. Every block is an interior of its own.
-    pub fn interior(&mut self) -> Res<With<Arc<Interior>>> {
+    /// The block behind `interior`: an interior of its own, which starts from the one that is named, else from `base`, what
+    /// has been said so far.
+    pub fn interior(&mut self, base: Option<&Interior>) -> Res<With<Arc<Interior>>> {
         self.deeper(|m| {
             let open = m.open("interior")?;
             let named = m.take_named(|value| match value {
@@ -150,7 +151,8 @@ impl Machine<'_> {
                 _ => None,
             })?;
             let mut lacks = named.as_ref().map(|n| n.lacks.clone()).unwrap_or_default();
-            let mut interior = named.map(|n| Interior::clone(&n.value)).unwrap_or_default();
+            let mut interior =
+                named.map_or_else(|| base.cloned().unwrap_or_default(), |n| Interior::clone(&n.value));
             loop {
                 use Keyword as K;
                 let Token::Word(word) = m.peek()? else { break };
@@ -224,7 +226,9 @@ impl Machine<'_> {
                     }
                     Keyword::Interior => {
                         m.next()?;
-                        material.interior = Some(m.interior()?);
+                        let base = material.interior.take();
+                        let interior = m.interior(base.as_ref().map(|base| &*base.value))?;
+                        material.interior = Some(interior);
                     }
                     Keyword::Pigment | Keyword::Finish | Keyword::Normal => {
                         let mut texture =
