@@ -450,7 +450,8 @@ fn straight_rays_use_up_no_level_and_bent_ones_do() {
 fn alpha_is_what_the_surfaces_leave() {
     let color = Color { rgb: Rgb::splat(0.5), filter: 0.0, transmit: 0.4 };
     let veil = textured(cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 2.0]), color, glow());
-    let pixel = render(&scene(vec![veil]), 1, 1, &|_, _| ()).0.pixel(0, 0);
+    let empty = Color { transmit: 1.0, ..Color::default() };
+    let pixel = render(&Scene { background: empty, ..scene(vec![veil]) }, 1, 1, &|_, _| ()).0.pixel(0, 0);
     assert!((f64::from(pixel.transmit) - 0.16).abs() < FILM);
     // Premultiplied: 0.5 seen by 0.6, and again through 0.4.
     assert!((f64::from(pixel.rgb[0]) - 0.42).abs() < FILM);

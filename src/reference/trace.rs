@@ -33,7 +33,7 @@ pub struct Tracer<'w> {
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     rgb: Rgb,
-    /// Share of the background.
+    /// What nothing covers: the background's own `transmit` where it is seen.
     transmit: f64,
 }
 
@@ -87,7 +87,7 @@ impl<'w> Tracer<'w> {
     /// What is seen where nothing is.
     fn background(&self) -> Seen {
         let background = &self.world.scene.background;
-        Seen { rgb: background.rgb * (1.0 - background.transmit), transmit: 1.0 }
+        Seen { rgb: background.rgb, transmit: background.transmit }
     }
 
     /// The final colours of the surface's textures, mixed.
