@@ -131,7 +131,7 @@ fn hexagon_cells<L: Lane>(p: Vec3<L>) -> (Mask<L>, Mask<L>) {
     let column_in = |a: f64, b: f64| column.equal(L::lit(a)) | column.equal(L::lit(b));
     let row_in = |a: f64, b: f64| row.equal(L::lit(a)) | row.equal(L::lit(b));
     let (r12, r34) = (row_in(1.0, 2.0), row_in(3.0, 4.0));
-    let (s01, s23) = (row_in(0.0, 1.0), row_in(2.0, 3.0));
+    let (s01, s45) = (row_in(0.0, 1.0), row_in(4.0, 5.0));
     let edge = column_in(0.0, 5.0);
     let middle = column_in(2.0, 3.0);
     let slanted = column_in(1.0, 4.0);
@@ -141,7 +141,7 @@ fn hexagon_cells<L: Lane>(p: Vec3<L>) -> (Mask<L>, Mask<L>) {
     let x = x.equal(L::zero()).select(L::lit(1e-4), x);
     let below = (z / x).lt(L::lit(1.0));
     let (t03, t25, t14) = (row_in(0.0, 3.0), row_in(2.0, 5.0), row_in(1.0, 4.0));
-    let second = (edge & r12) | (middle & s23) | (slanted & ((below & t25) | (!below & t14)));
+    let second = (edge & r12) | (middle & s45) | (slanted & ((below & t25) | (!below & t14)));
     let third = (edge & r34) | (middle & s01) | (slanted & ((below & t14) | (!below & t03)));
     (second, third)
 }
