@@ -49,13 +49,13 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         kept: Vec::new(),
         rank: 0,
         to_compiled: Transform::translate(-origin),
+        default_texture: Arc::new(Texture::default()),
     };
-    let plain = Arc::new(Texture::default());
     for object in &scene.objects {
         // An object without an interior encloses air of its own, which matters only where it can be seen through.
         let handed = Handed {
             place: Transform::IDENTITY,
-            texture: (plain.clone(), Transform::IDENTITY),
+            texture: None,
             interior_texture: None,
             interior: None,
             root: Arc::as_ptr(object) as usize,
@@ -146,6 +146,13 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
     owner.extend(part_tags.iter().map(|tag| tag.owner));
     rank.extend(part_tags.iter().map(|tag| tag.rank));
     let order = &order[usize::from(COMPOSITE)];
+    let mut place = vec![u32::MAX; csg.composites.len()];
+    for (new, &old) in order.iter().enumerate() {
+        place[old as usize] = new as u32;
+    }
+    for part in &mut csg.parts {
+        part.composite = place[part.composite as usize];
+    }
     csg.composites = order.iter().map(|&number| csg.composites[number as usize].clone()).collect();
 
     Compiled {
@@ -175,8 +182,8 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
 struct Handed {
     /// From the node's parent space to the world.
     place: Transform,
-    /// With the place of the space it is in.
-    texture: (Arc<Texture>, Transform),
+    /// With the place of the space it is in; `None` for faces that show what they cut.
+    texture: Option<(Arc<Texture>, Transform)>,
     interior_texture: Option<(Arc<Texture>, Transform)>,
     interior: Option<Arc<Interior>>,
     /// Names the top-level object: the identity of its air.
@@ -190,7 +197,7 @@ impl Handed {
         let (mine, his) = (object.flags, self.flags);
         Self {
             place: object.transform.then(&self.place),
-            texture: object.texture.as_ref().map_or_else(|| self.texture.clone(), place),
+            texture: object.texture.as_ref().map(place).or_else(|| self.texture.clone()),
             interior_texture: object.interior_texture.as_ref().map(place).or_else(|| {
                 // A texture of its own hides the ancestor's look from inside too.
                 if object.texture.is_some() { None } else { self.interior_texture.clone() }
@@ -227,6 +234,8 @@ struct Pass<S: Scalar> {
     kept: Vec<Arc<Interior>>,
     rank: u32,
     to_compiled: Transform,
+    /// POV-Ray's, for faces that nothing gives a look.
+    default_texture: Arc<Texture>,
 }
 
 impl<S: Scalar> Pass<S> {
@@ -261,7 +270,9 @@ impl<S: Scalar> Pass<S> {
     }
 
     fn tag(&mut self, handed: &Handed) -> Tag {
-        let texture = self.texture(&handed.texture);
+        let plain = || (self.default_texture.clone(), Transform::IDENTITY);
+        let texture = handed.texture.clone().unwrap_or_else(plain);
+        let texture = self.texture(&texture);
         self.tag_with([texture; 3], handed)
     }
 
@@ -270,6 +281,7 @@ impl<S: Scalar> Pass<S> {
         let owner = Owner {
             textures,
             interior_texture,
+            cut: handed.texture.is_none(),
             interior: self.interior(handed),
             inverse: handed.flags.inverse,
             double_illuminate: handed.flags.double_illuminate,
@@ -308,8 +320,9 @@ impl<S: Scalar> Pass<S> {
             return number;
         }
         // Air around which nothing bends or fades needs an identity only where a ray can go in.
-        let see_through = !handed.texture.0.is_opaque()
-            || handed.texture.0.layers.iter().any(|layer| layer.finish.reflection.fresnel);
+        let see_through = handed.texture.as_ref().is_some_and(|(texture, _)| {
+            !texture.is_opaque() || texture.layers.iter().any(|layer| layer.finish.reflection.fresnel)
+        });
         if handed.interior.is_none() && !see_through {
             return 0;
         }
@@ -428,6 +441,9 @@ impl<S: Scalar> Pass<S> {
             }
         };
         let mut number = self.push_node(kind);
+        if let Shape::Csg { op: CsgOp::Difference, .. } = &object.shape {
+            self.csg.nodes[number as usize].cuttable = 1;
+        }
         if !object.clipped_by.is_empty() {
             let mut numbers = vec![number];
             for clip in &object.clipped_by {
@@ -441,6 +457,7 @@ impl<S: Scalar> Pass<S> {
             }
             let list = self.list(&numbers);
             number = self.push_node(NodeKind::All(list));
+            self.csg.nodes[number as usize].cuttable = 1;
         }
         if object.flags.inverse {
             self.csg.nodes[number as usize].inverted = true;
@@ -451,12 +468,19 @@ impl<S: Scalar> Pass<S> {
 
     fn part(&mut self, kind: Kind, row: usize, solid: bool) -> u32 {
         let number = self.csg.parts.len() as u32;
-        self.csg.parts.push(Part { kind: kind as u8, row: row as u32, solid, seen: true, constraints: 0..0 });
+        self.csg.parts.push(Part {
+            kind: kind as u8,
+            row: row as u32,
+            solid,
+            seen: true,
+            constraints: 0..0,
+            composite: self.csg.composites.len() as u32,
+        });
         self.push_node(NodeKind::Part(number))
     }
 
     fn push_node(&mut self, kind: NodeKind) -> u32 {
-        self.csg.nodes.push(CsgNode { kind, inverted: false });
+        self.csg.nodes.push(CsgNode { kind, inverted: false, cuttable: usize::MAX });
         self.csg.nodes.len() as u32 - 1
     }
 
@@ -468,7 +492,7 @@ impl<S: Scalar> Pass<S> {
 
     /// Hands the constraints of `node`'s ancestors (outermost first) down to its parts.
     fn constrain(&mut self, node: u32, above: &mut Vec<Constraint>) {
-        let CsgNode { kind, inverted } = self.csg.nodes[node as usize].clone();
+        let CsgNode { kind, inverted, .. } = self.csg.nodes[node as usize].clone();
         let depth = above.len();
         if inverted {
             above.push(Constraint::Inverted);

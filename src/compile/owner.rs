@@ -7,6 +7,8 @@ pub struct Owner {
     pub textures: [u32; 3],
     /// Texture seen from inside; `None` for the same.
     pub interior_texture: Option<u32>,
+    /// A cut face without a look: shows those of the parts it lies in, in equal shares; `textures` if there are none.
+    pub cut: bool,
     /// What light meets inside.
     pub interior: u32,
     /// Inside and outside change places: told to what asks what a point is in.

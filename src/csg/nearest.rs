@@ -117,6 +117,22 @@ impl CsgTree {
         sides.before | sides.after
     }
 
+    /// The parts that the places at `t` along the rays lie in or on, with a bit for each lane that does: whose looks a
+    /// cut face without one of its own shows (`cutaway_textures`).
+    pub fn parts_at(
+        &self,
+        composite: &Composite,
+        rays: &Rays<f64x8>,
+        (lanes, t): (u8, f64x8),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+    ) -> Vec<(u32, u8)> {
+        let along = self.along(composite, rays, source, scratch);
+        let mut found = Vec::new();
+        along.collect_parts(composite.root, lanes, t, &mut found);
+        found
+    }
+
     /// Finds all crossings of all parts.
     fn along<'a>(
         &'a self,
@@ -199,6 +215,23 @@ impl Along<'_> {
             }
         }
         own.before ^ own.after
+    }
+
+    fn collect_parts(&self, node: u32, lanes: u8, at: f64x8, found: &mut Vec<(u32, u8)>) {
+        let sides = self.node(node, at);
+        let lanes = lanes & (sides.before | sides.after);
+        if lanes == 0 {
+            return;
+        }
+        let node = &self.tree.nodes[node as usize];
+        match &node.kind {
+            NodeKind::Part(number) => found.push((*number, lanes)),
+            NodeKind::All(list) | NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) => {
+                for &child in self.list(list).iter().take(node.cuttable) {
+                    self.collect_parts(child, lanes, at, found);
+                }
+            }
+        }
     }
 
     fn list(&self, range: &Range<u32>) -> &[u32] {

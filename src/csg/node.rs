@@ -42,6 +42,8 @@ pub struct Part {
     pub seen: bool,
     /// A stretch of [`CsgTree::constraints`].
     pub constraints: Range<u32>,
+    /// Its composite's number.
+    pub composite: u32,
 }
 
 /// The inside of a part or of several.
@@ -51,6 +53,8 @@ pub struct CsgNode {
     pub kind: NodeKind,
     /// Inside and outside change places.
     pub inverted: bool,
+    /// Of its children, the first so many lend their looks to cut faces: of a difference only what is cut.
+    pub cuttable: usize,
 }
 
 /// How an inside is made of others.

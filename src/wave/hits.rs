@@ -1,8 +1,9 @@
 //! Hits of a batch of rays in columns, sorted by what shades them.
 
 use super::queue::{Columns3, LaneList};
-use super::trace::{Query, locate};
+use super::trace::{Parts, Query, locate};
 use crate::compile::{Compiled, NO_SURFACE, WithBlock};
+use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
@@ -123,7 +124,7 @@ impl<S: Scalar> HitList<S> {
         let facing = found.normal.dot(query.rays.dir);
         let inside = facing.gt(S::Lane::zero()).bits();
         let (u, v) = (found.u.to_array(), found.v.to_array());
-        let mut blends = 0u8;
+        let (mut blends, mut cuts) = (0u8, 0u8);
         let owners = query.surface.map(|s| if s == NO_SURFACE { 0 } else { scene.owner[s as usize] });
         let mut textures = [0; LANES];
         for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
@@ -131,11 +132,14 @@ impl<S: Scalar> HitList<S> {
             textures[k] = match owner.interior_texture {
                 Some(texture) if inside >> k & 1 == 1 => texture,
                 _ => {
+                    cuts |= u8::from(owner.cut) << k;
                     blends |= u8::from(owner.textures != [owner.textures[0]; 3]) << k;
                     owner.textures[0]
                 }
             };
         }
+        self.push_cuts(scene, first, query, &found, cuts);
+        let lanes = lanes & !cuts;
         self.push_rows(first, query, &found, (&owners, &textures), S::Lane::lit(1.0), lanes & !blends);
         for corner in 0..3 {
             if blends == 0 {
@@ -148,6 +152,41 @@ impl<S: Scalar> HitList<S> {
             };
             let textures = owners.map(|o| scene.owners[o as usize].textures[corner]);
             self.push_rows(first, query, &found, (&owners, &textures), S::Lane::from_fn(weight), blends);
+        }
+    }
+
+    /// Adds the hits of `lanes`, on cut faces, with the textures of the parts they lie in.
+    fn push_cuts<B: Scalar>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        first: usize,
+        query: &Query<S::Lane>,
+        found: &Surfaces<S::Lane>,
+        lanes: u8,
+    ) {
+        let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
+        for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+            let lane = 1 << k;
+            let owner = scene.owner[query.surface[k] as usize];
+            let mut looks = vec![];
+            if let Some(part) = query.surface[k].checked_sub(scene.first_part) {
+                let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
+                let source = Parts { scene, left: query.left, part: query.part };
+                let at = (lane, query.t.to_f64s());
+                for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {
+                    let owner = scene.owner[(scene.first_part + part) as usize];
+                    if !scene.owners[owner as usize].cut {
+                        looks.push(scene.owners[owner as usize].textures[0]);
+                    }
+                }
+            }
+            if looks.is_empty() {
+                looks.push(scene.owners[owner as usize].textures[0]);
+            }
+            let share = S::Lane::lit(1.0 / looks.len() as f64);
+            for texture in looks {
+                self.push_rows(first, query, found, (&[owner; LANES], &[texture; LANES]), share, lane);
+            }
         }
     }
 
