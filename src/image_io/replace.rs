@@ -78,10 +78,10 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     // The crate's own default is 0600; the process's umask is applied to this.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // The crate adds its own temporary name to the message, which is not the user's business.
-    builder.tempfile_in(folder).map_err(|error| match error.raw_os_error() {
-        Some(code) => io::Error::from_raw_os_error(code),
-        None => io::Error::new(error.kind(), error.kind().to_string()),
+    // The crate wraps the system's error to add its temporary name, which is not the user's business.
+    builder.tempfile_in(folder).map_err(|error| {
+        let reason = error.get_ref().and_then(|wrapped| wrapped.source()).map(ToString::to_string);
+        io::Error::new(error.kind(), reason.unwrap_or_else(|| error.to_string()))
     })
 }
 
