@@ -97,10 +97,177 @@ mod scenes_with_errors {
             for command in [format!("check {scene}"), format!("render {scene} -o out.png")] {
                 let (code, message) = told(&octray(folder.path(), &command));
                 assert_eq!(code, 1, "{command}: {message}");
-                assert!(message.contains("error"), "{command}: {message}");
+                assert!(message.contains("error") && message.contains(scene), "{command}: {message}");
             }
         }
         assert!(!folder.path().join("out.png").exists());
+    }
+}
+
+mod pictures {
+    use super::*;
+
+    /// A folder with the ball in it.
+    fn with_ball() -> tempfile::TempDir {
+        let folder = folder();
+        fs::write(folder.path().join("ball.scn"), BALL).unwrap();
+        folder
+    }
+
+    #[test]
+    fn the_default_is_povrays_size_and_the_scenes_name() {
+        let folder = with_ball();
+        let output = octray(folder.path(), "render ball.scn");
+        // In a pipe nothing is said.
+        assert_eq!(told(&output), (0, String::new()));
+        let film = image_io::read(&folder.path().join("ball.png"), Assume::File).unwrap();
+        assert_eq!((film.width, film.height), (160, 120));
+        // The ball in the middle, nothing in the corner.
+        assert!(film.pixel(80, 60).rgb[0] > 0.2 && film.pixel(0, 0).rgb == [0.0; 3]);
+    }
+
+    #[test]
+    fn every_format_holds_the_same_picture() {
+        let folder = with_ball();
+        assert_eq!(told(&octray(folder.path(), "render ball.scn -W 40 -H 30 -o exact.exr")).0, 0);
+        for (name, options, allowed) in [
+            // Half a step of code: 1/65535 linear, 1/255 on the curve's steepest part in use, 1/128 of the largest channel,
+            // and for JPEG what it makes of the ball's edge.
+            ("a.png", "--bit-depth 16 --file-gamma 1.0", 8e-6),
+            ("b.ppm", "--bit-depth 16", 2e-5),
+            ("c.png", "", 4.6e-3),
+            ("d.ppm", "", 4.6e-3),
+            ("e.hdr", "", 8e-3),
+            ("f.jpg", "", 0.2),
+            ("g.picture", "--format png", 4.6e-3),
+        ] {
+            let (code, message) =
+                told(&octray(folder.path(), &format!("render ball.scn -W 40 -H 30 -o {name} {options}")));
+            assert_eq!(code, 0, "{name}: {message}");
+            let output = octray(folder.path(), &format!("compare exact.exr {name} --json"));
+            let figures: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert!(figures["all"]["max"].as_f64().unwrap() <= allowed, "{name}: {figures}");
+        }
+    }
+
+    #[test]
+    fn a_dash_is_the_standard_output() {
+        let folder = with_ball();
+        let output = octray(folder.path(), "render ball.scn -W 8 -H 6 -o - --bit-depth 16");
+        octray(folder.path(), "render ball.scn -W 8 -H 6 -o file.png --bit-depth 16");
+        assert_eq!(output.stdout, fs::read(folder.path().join("file.png")).unwrap());
+        let output = octray(folder.path(), "render ball.scn -W 8 -H 6 -o - --format ppm");
+        assert!(output.stdout.starts_with(b"P6\n8 6\n255\n") && output.stdout.len() == 11 + 8 * 6 * 3);
+    }
+
+    #[test]
+    fn threads_do_not_change_the_bytes() {
+        let folder = with_ball();
+        let with = |threads: u32| {
+            octray(folder.path(), &format!("render ball.scn -t {threads} -o - --format exr")).stdout
+        };
+        let one = with(1);
+        assert!(one.len() > 1000 && one == with(2) && one == with(3));
+    }
+
+    #[test]
+    fn alpha_is_written_when_asked_for() {
+        let folder = with_ball();
+        octray(folder.path(), "render ball.scn --alpha -o a.png");
+        octray(folder.path(), "render ball.scn -o b.png");
+        let read = |name: &str| image_io::read(&folder.path().join(name), Assume::File).unwrap();
+        assert_eq!((read("a.png").pixel(0, 0).transmit, read("a.png").pixel(80, 60).transmit), (1.0, 0.0));
+        assert_eq!(read("b.png").pixel(0, 0).transmit, 0.0);
+    }
+
+    #[test]
+    fn stats_have_exactly_their_keys() {
+        let folder = with_ball();
+        assert_eq!(told(&octray(folder.path(), "render ball.scn -t 1 -p fast -o a.png --stats s.json")).0, 0);
+        let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+        let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let keys = |value: &serde_json::Value| {
+            let mut keys: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+            keys.sort();
+            keys.join(" ")
+        };
+        assert_eq!(
+            keys(&stats),
+            "build_s height mrays_per_s parse_s peak_rss_bytes precision rays shapes threads total_s trace_s width"
+        );
+        assert_eq!(keys(&stats["rays"]), "camera reflect refract shadow");
+        assert_eq!(stats["rays"]["camera"], 160 * 120);
+        assert_eq!((&stats["threads"], &stats["precision"]), (&1.into(), &"fast".into()));
+        assert_eq!(stats["shapes"], serde_json::json!({ "sphere": 1 }));
+        assert!(stats["total_s"].as_f64().unwrap() >= stats["trace_s"].as_f64().unwrap());
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_exit_code_3_and_told_before_rendering() {
+        let folder = with_ball();
+        fs::create_dir(folder.path().join("dir.png")).unwrap();
+        fs::write(folder.path().join("file"), "").unwrap();
+        for out in ["nowhere/out.png", "dir.png", "file/out.png"] {
+            // Rendering this would take days.
+            let (code, message) =
+                told(&octray(folder.path(), &format!("render ball.scn -o {out} -W 30000 -H 30000")));
+            assert_eq!(code, 3, "{out}: {message}");
+            assert!(message.contains(out), "{out}: {message}");
+        }
+        let (code, message) = told(&octray(folder.path(), "render ball.scn -o a.png --stats nowhere/s.json"));
+        assert!(code == 3 && message.contains("nowhere/s.json"), "{message}");
+    }
+
+    #[test]
+    fn a_failed_render_leaves_the_old_file() {
+        let folder = with_ball();
+        let old = folder.path().join("out.jpg");
+        fs::write(&old, "old").unwrap();
+        fs::write(folder.path().join("bad.scn"), "sphere {").unwrap();
+        assert_eq!(told(&octray(folder.path(), "render bad.scn -o out.jpg")).0, 1);
+        // A JPEG's side ends at 65535.
+        assert_eq!(told(&octray(folder.path(), "render ball.scn -o out.jpg -W 70000 -H 1")).0, 3);
+        assert_eq!(fs::read(&old).unwrap(), b"old");
+        let names = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+        let mut left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(names).collect();
+        left.sort();
+        assert_eq!(left, ["bad.scn", "ball.scn", "out.jpg"], "nothing temporary is left");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_interrupted_render_leaves_the_old_file() {
+        let folder = with_ball();
+        let old = folder.path().join("out.png");
+        fs::write(&old, "old").unwrap();
+        let mut child = Command::new(env!("CARGO_BIN_EXE_octray"))
+            .current_dir(folder.path())
+            .args("render ball.scn -o out.png -W 20000 -H 20000 --engine reference".split(' '))
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
+        assert_eq!(fs::read(&old).unwrap(), b"old");
+    }
+
+    #[test]
+    fn what_the_scene_is_told_from_outside_arrives() {
+        let folder = folder();
+        let text = "#version 3.7; camera { location -5*z look_at 0 } #include \"part.inc\"
+            #if (clock = -2 & Big = 3) sphere { 0, Big pigment { rgb 1 } finish { ambient 1 diffuse 0 } } #end";
+        fs::write(folder.path().join("told.scn"), text).unwrap();
+        fs::create_dir(folder.path().join("library")).unwrap();
+        fs::write(folder.path().join("library/part.inc"), "// nothing").unwrap();
+        let args = "render told.scn -L library -D Big=3 --clock -2 -W 8 -H 6 -o out.png";
+        assert_eq!(told(&octray(folder.path(), args)), (0, String::new()));
+        let film = image_io::read(&folder.path().join("out.png"), Assume::File).unwrap();
+        assert!(film.pixel(4, 3).rgb[0] > 0.9);
+        assert_eq!(
+            told(&octray(folder.path(), "render told.scn -o out.png")).0,
+            1,
+            "without -L the include is missing"
+        );
     }
 }
 
