@@ -22,10 +22,6 @@ const EXCEPTIONS: &[(&str, f64, &str)] = &[(
      the same with and without alpha, and agrees on every pixel with POV-Ray's without",
 )];
 
-/// What the packet engine cannot do yet: patterns and cut faces that the oracle shows right.
-const NOT_YET: &[&str] =
-    &["scenes/feature/cutaway_textures.scn", "scenes/feature/pattern_hexagon.scn", "scenes/show/rings.scn"];
-
 #[derive(serde::Deserialize)]
 struct Truth {
     scene: String,
@@ -107,9 +103,8 @@ fn check_all(truths: &[Truth], engine: Engine) {
 
 #[test]
 fn packets_agree_with_povray() {
-    let mut truths = table();
+    let truths = table();
     assert!(truths.len() >= 30, "the table has only {} scenes", truths.len());
-    truths.retain(|truth| !NOT_YET.contains(&truth.scene.as_str()));
     check_all(&truths, Engine::Packets);
 }
 
