@@ -363,7 +363,13 @@ impl<S: Scalar> Pass<S> {
         let mut tags = Vec::new();
         let (root, bounds) = self.node(object, above, &mut tags);
         self.constrain(root, &mut Vec::new());
-        let class = tags.iter().fold(0, |bits, tag: &Tag| bits | tag.class);
+        // What only clips is seen by no ray.
+        let seen = self.csg.parts[first as usize..].iter().map(|part| part.seen);
+        let class = tags
+            .iter()
+            .zip(seen)
+            .filter(|(_, seen)| *seen)
+            .fold(0, |bits, (tag, _): (&Tag, _)| bits | tag.class);
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
         let parts = first..self.csg.parts.len() as u32;

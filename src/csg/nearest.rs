@@ -117,17 +117,18 @@ impl CsgTree {
         sides.before | sides.after
     }
 
-    /// The parts that the places at `t` along the rays lie in or on, with a bit for each lane that does: whose looks a
+    /// The parts that the places at `t` (known to a share of `t_error`) along the rays lie in or on, with a bit for each lane that does: whose looks a
     /// cut face without one of its own shows (`cutaway_textures`).
     pub fn parts_at(
         &self,
         composite: &Composite,
         rays: &Rays<f64x8>,
-        (lanes, t): (u8, f64x8),
+        (lanes, t, t_error): (u8, f64x8, f64),
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let along = self.along(composite, rays, source, scratch);
+        let mut along = self.along(composite, rays, source, scratch);
+        along.tie = TIE + t_error;
         let mut found = Vec::new();
         along.collect_parts(composite.root, lanes, t, &mut found);
         found
@@ -156,7 +157,7 @@ impl CsgTree {
             parts.push(PartCrossings { surface, boundary, from_inside });
         }
         let reach = max_abs(rays.origin);
-        Along { tree: self, first_part: composite.parts.start, crossings, parts, reach }
+        Along { tree: self, first_part: composite.parts.start, crossings, parts, reach, tie: TIE }
     }
 }
 
@@ -171,6 +172,8 @@ struct Along<'a> {
     crossings: &'a [f64x8],
     parts: &'a [PartCrossings],
     reach: f64x8,
+    /// See [`TIE`].
+    tie: f64,
 }
 
 impl Along<'_> {
@@ -246,7 +249,7 @@ impl Along<'_> {
     /// Inside part `number` just before and just after `at`.
     fn part(&self, number: u32, at: f64x8) -> Sides {
         let part = &self.parts[(number - self.first_part) as usize];
-        let tie = (self.reach + at.abs()) * f64x8::lit(TIE);
+        let tie = (self.reach + at.abs()) * f64x8::lit(self.tie);
         let (early, late) = (at - tie, at + tie);
         let mut sides = Sides { before: part.from_inside, after: part.from_inside };
         for &crossing in &self.crossings[part.boundary.clone()] {

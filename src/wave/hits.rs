@@ -172,7 +172,8 @@ impl<S: Scalar> HitList<S> {
             if let Some(part) = query.surface[k].checked_sub(scene.first_part) {
                 let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
                 let source = Parts { scene, left: query.left, part: query.part };
-                let at = (lane, query.t.to_f64s());
+                // Two roundings: of `t` itself, and of the ray that it was found along.
+                let at = (lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
                 for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {
                     let owner = scene.owner[(scene.first_part + part) as usize];
                     if !scene.owners[owner as usize].cut {

@@ -15,13 +15,16 @@ mod sums;
 mod tile;
 mod trace;
 
-use crate::compile::Compiled;
+use crate::compile::{Compiled, NO_SURFACE, class};
 use crate::film::{Film, Pixel, RayCounts};
-use crate::lane::Scalar;
+use crate::kernel::Rays;
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use enclosing::Enclosing;
+use glam::DVec3;
 use light::LightProgram;
 use rayon::prelude::*;
 use tile::{Shared, TileArea, TileWorker};
+use trace::{GROUP, Query, Tracer};
 
 /// Edge of a tile in pixels: 1024 camera rays, whose queues stay in a core's second-level cache.
 pub const TILE: usize = 32;
@@ -66,4 +69,51 @@ pub fn render<S: Scalar, B: Scalar>(
         }
     }
     (film, counts)
+}
+
+/// What a ray meets first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstHit {
+    /// Distance along the unit direction, in scene units.
+    pub t: f64,
+    /// The point, put back on the surface, in world space.
+    pub point: DVec3,
+    /// Unit normal as the shape has it; interpolated on smooth triangles.
+    pub normal: DVec3,
+}
+
+/// What camera rays `(origin, direction of any length but 0)` meet first, in their order: for comparing engines hit by hit.
+pub fn nearest_hits<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    rays: &[(DVec3, DVec3)],
+) -> Vec<Option<FirstHit>> {
+    let mut tracer = Tracer::default();
+    let mut found = Vec::with_capacity(rays.len());
+    for group in rays.chunks(GROUP * LANES) {
+        let mut queries: Vec<Query<S::Lane>> = group
+            .chunks(LANES)
+            .map(|eight| {
+                let ray = |k: usize| eight[k.min(eight.len() - 1)];
+                let lines = Rays {
+                    origin: Vec3::from_fn(|k| ray(k).0 - scene.origin),
+                    dir: Vec3::from_fn(|k| ray(k).1.normalize()),
+                };
+                let lanes = Mask::<S::Lane>::first(eight.len()).bits();
+                Query::new(lines, [NO_SURFACE; LANES], [0; LANES], S::Lane::lit(f64::INFINITY), lanes)
+            })
+            .collect();
+        tracer.nearest(scene, &mut queries, class::CAMERA);
+        for query in &queries {
+            let surfaces = hits::resolve(scene, query);
+            let t = query.t.to_f64s().to_array();
+            for k in (0..LANES).filter(|k| query.lanes >> k & 1 == 1) {
+                found.push((query.hits() >> k & 1 == 1).then(|| FirstHit {
+                    t: t[k],
+                    point: surfaces.point.lane(k) + scene.origin,
+                    normal: surfaces.normal.lane(k),
+                }));
+            }
+        }
+    }
+    found
 }
