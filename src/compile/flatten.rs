@@ -166,6 +166,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
         rank,
         owners,
         textures,
+        fades: interiors.iter().any(|interior| interior.fade_distance != 0.0),
         interiors,
         unbounded,
         bvh,

@@ -53,6 +53,8 @@ pub struct Compiled<S: Scalar, B: Scalar> {
     pub textures: TextureTable,
     /// By number; number 0 is air that no surface encloses.
     pub interiors: Vec<Interior>,
+    /// Light fades in some interior.
+    pub fades: bool,
     /// Without finite bounds: tested before the tree.
     pub unbounded: Vec<Run>,
     /// Over everything else.

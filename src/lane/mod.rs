@@ -18,6 +18,17 @@ pub use wide::{f32x8, f64x8};
 /// Lanes in a packet.
 pub const LANES: usize = 8;
 
+/// `[f(0), …, f(7)]`. (`std::array::from_fn` with a closure of any size is left as a call by the compiler, and that
+/// call costs more than the work.)
+#[inline(always)]
+pub fn each_lane<T: Copy + Default>(mut f: impl FnMut(usize) -> T) -> [T; LANES] {
+    let mut lanes = [T::default(); LANES];
+    for (k, lane) in lanes.iter_mut().enumerate() {
+        *lane = f(k);
+    }
+    lanes
+}
+
 /// The number in one lane: `f32` or `f64`.
 pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
     /// The lanes that hold it.
@@ -98,7 +109,7 @@ pub trait Lane:
     /// Lane `k` is `f(k)`: gathers from columns.
     #[inline(always)]
     fn from_fn(f: impl FnMut(usize) -> Self::Scalar) -> Self {
-        Self::from_array(std::array::from_fn(f))
+        Self::from_array(each_lane(f))
     }
 
     /// Square root, correctly rounded; NaN below zero.
@@ -295,12 +306,14 @@ impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x);
 
 #[inline(always)]
 fn narrow(lanes: f64x8) -> f32x8 {
-    f32x8::from(lanes.to_array().map(|x| x as f32))
+    let lanes = lanes.to_array();
+    f32x8::from(each_lane(|k| lanes[k] as f32))
 }
 
 #[inline(always)]
 fn widen(lanes: f32x8) -> f64x8 {
-    f64x8::from(lanes.to_array().map(f64::from))
+    let lanes = lanes.to_array();
+    f64x8::from(each_lane(|k| f64::from(lanes[k])))
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ impl<L: Lane> Vec3<L> {
     /// Lane `k` is `f(k)`, rounded to the lane's precision.
     #[inline(always)]
     pub fn from_fn(mut f: impl FnMut(usize) -> DVec3) -> Self {
-        let v: [DVec3; super::LANES] = std::array::from_fn(&mut f);
+        let v = super::each_lane(&mut f);
         Self::new(
             L::from_fn(|k| L::Scalar::from_f64(v[k].x)),
             L::from_fn(|k| L::Scalar::from_f64(v[k].y)),

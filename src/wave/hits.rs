@@ -5,7 +5,7 @@ use super::trace::{Parts, Query, locate};
 use crate::compile::{Compiled, NO_SURFACE, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 
 /// One row for each hit and each texture that has a share in it.
 #[derive(Debug, Default)]
@@ -38,13 +38,15 @@ pub struct HitList<S> {
 pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
     let mut waiting = query.hits();
     let mut all = Surfaces::default();
+    let place =
+        each_lane(|k| if waiting >> k & 1 == 1 { locate(scene, query.surface[k]) } else { (0, 0, false) });
     while waiting != 0 {
         let first = waiting.trailing_zeros() as usize;
-        let (kind, row, part) = locate(scene, query.surface[first]);
+        let (kind, row, part) = place[first];
         let mut rows = [row; LANES];
         let mut same = 0u8;
         for k in (0..LANES).filter(|k| waiting >> k & 1 == 1) {
-            let (other, row, of_composite) = locate(scene, query.surface[k]);
+            let (other, row, of_composite) = place[k];
             if (other, of_composite) == (kind, part) {
                 rows[k] = row;
                 same |= 1 << k;
@@ -208,7 +210,7 @@ impl<S: Scalar> HitList<S> {
         self.normal.push(found.normal, lanes);
         lanes.push(&mut self.t, &query.t.to_array());
         lanes.push(&mut self.share, &share.to_array());
-        lanes.push(&mut self.ray, &std::array::from_fn(|k| (first + k) as u32));
+        lanes.push(&mut self.ray, &each_lane(|k| (first + k) as u32));
         lanes.push(&mut self.surface, &query.surface);
         lanes.push(&mut self.part, &found.part);
         lanes.push(&mut self.owner, owners);

@@ -2,7 +2,7 @@
 
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 use glam::DVec3;
 
 /// Three columns of one vector each row.
@@ -87,15 +87,18 @@ pub fn gather<S: Scalar>(column: &[S], rows: &[u32; LANES]) -> S::Lane {
 #[inline(always)]
 pub fn load<S: Scalar>(column: &[S], first: usize) -> S::Lane {
     match column.get(first..first + LANES) {
-        Some(rows) => S::Lane::from_array(std::array::from_fn(|k| rows[k])),
+        Some(rows) => S::Lane::from_fn(|k| rows[k]),
         None => S::Lane::from_fn(|k| column[(first + k).min(column.len() - 1)]),
     }
 }
 
 /// Eight numbers from `first` on; past the end, `fill`.
 #[inline(always)]
-pub fn load_numbers<T: Copy>(column: &[T], first: usize, fill: T) -> [T; LANES] {
-    std::array::from_fn(|k| column.get(first + k).copied().unwrap_or(fill))
+pub fn load_numbers<T: Copy + Default>(column: &[T], first: usize, fill: T) -> [T; LANES] {
+    match column.get(first..first + LANES) {
+        Some(rows) => each_lane(|k| rows[k]),
+        None => each_lane(|k| column.get(first + k).copied().unwrap_or(fill)),
+    }
 }
 
 /// Where rays start and go, and which surface they left.

@@ -6,9 +6,9 @@ use super::light::{Incidence, LightProgram, grey, per_lane};
 use super::medium::{Crossing, Media};
 use super::queue::{Cargo, RayQueue, ShadowQueue, gather};
 use super::sums::Sums;
-use crate::compile::{Compiled, Owner};
+use crate::compile::Compiled;
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 use crate::scene::{Finish, Interior, Reflection, Rgb};
 use crate::texture::{Colors, Program};
 use smallvec::SmallVec;
@@ -146,9 +146,10 @@ fn load<S: Scalar, B: Scalar>(
     rows: &[u32],
 ) -> Hit<S::Lane> {
     // Lanes without a hit repeat the first one; nothing they make is kept.
-    let row: [u32; LANES] = std::array::from_fn(|k| rows.get(k).copied().unwrap_or(rows[0]));
-    let ray: [u32; LANES] = row.map(|r| hits.ray[r as usize]);
-    let owner: [Owner; LANES] = row.map(|r| scene.owners[hits.owner[r as usize] as usize]);
+    let row = each_lane(|k| if k < rows.len() { rows[k] } else { rows[0] });
+    let of_hit = |column: &[u32]| each_lane(|k| column[row[k] as usize]);
+    let ray = of_hit(&hits.ray);
+    let owner = of_hit(&hits.owner);
     let dir = rays.geometry.dir.gather(&ray);
     let normal = hits.normal.gather(&row);
     let facing = normal.dot(dir);
@@ -156,7 +157,7 @@ fn load<S: Scalar, B: Scalar>(
     let share: S::Lane = gather(&hits.share, &row);
     let mut double = 0;
     for (k, owner) in owner.iter().enumerate() {
-        double |= u8::from(owner.double_illuminate) << k;
+        double |= u8::from(scene.owners[*owner as usize].double_illuminate) << k;
     }
     Hit {
         active: Mask::first(rows.len()),
@@ -168,14 +169,14 @@ fn load<S: Scalar, B: Scalar>(
         throughput: rays.throughput.gather(&ray) * share,
         weight: gather(&rays.weight, &ray),
         share: gather::<S>(&rays.share, &ray) * share,
-        sink: ray.map(|r| rays.sink[r as usize]),
-        level: ray.map(|r| rays.level[r as usize]),
-        medium: ray.map(|r| rays.medium[r as usize]),
-        interior: owner.map(|o| o.interior),
+        sink: each_lane(|k| rays.sink[ray[k] as usize]),
+        level: each_lane(|k| rays.level[ray[k] as usize]),
+        medium: each_lane(|k| rays.medium[ray[k] as usize]),
+        interior: each_lane(|k| scene.owners[owner[k] as usize].interior),
         double_illuminate: Mask::from_bits(double),
-        surface: row.map(|r| hits.surface[r as usize]),
-        part: row.map(|r| hits.part[r as usize]),
-        textures: row.map(|r| hits.texture[r as usize]),
+        surface: of_hit(&hits.surface),
+        part: each_lane(|k| hits.part[row[k] as usize]),
+        textures: of_hit(&hits.texture),
     }
 }
 
@@ -191,7 +192,17 @@ fn crossings<S: Scalar, B: Scalar>(
     if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
         return [none; LANES];
     }
-    std::array::from_fn(|k| media.cross(hit.medium[k], hit.interior[k], &scene.interiors))
+    let (mut crossings, mut last) = ([none; LANES], none);
+    for (k, crossing) in crossings.iter_mut().enumerate() {
+        // Neighbours are mostly in the same case.
+        *crossing = if k > 0 && (hit.medium[k], hit.interior[k]) == (hit.medium[k - 1], hit.interior[k - 1]) {
+            last
+        } else {
+            media.cross(hit.medium[k], hit.interior[k], &scene.interiors)
+        };
+        last = *crossing;
+    }
+    crossings
 }
 
 /// A light as the hits see it, and what of it goes to the eye.
@@ -419,7 +430,7 @@ fn transmit<S: Scalar, B: Scalar>(
         share: hit.share * grey(fade) * transmitted,
         sink: hit.sink,
         level: level(straight.bits()),
-        medium: crossings.map(|c| c.next),
+        medium: each_lane(|k| crossings[k].next),
     };
     emit.refracted.push(&rays, &hit.surface, &hit.part, &cargo, (seen & !back).bits());
 
@@ -451,6 +462,9 @@ fn fade_along<S: Scalar, B: Scalar>(
     hit: &Hit<S::Lane>,
     crossings: &[Crossing; LANES],
 ) -> Vec3<S::Lane> {
+    if !scene.fades {
+        return Vec3::lit(1.0);
+    }
     let mut fade = [Rgb::ONE; LANES];
     let distance = hit.distance.to_array();
     for (k, fade) in fade.iter_mut().enumerate() {
@@ -494,7 +508,7 @@ fn reflect<S: Scalar, B: Scalar>(
         weight: mirror.weight,
         share: S::Lane::zero(),
         sink: hit.sink,
-        level: hit.level.map(|level| level + 1),
+        level: each_lane(|k| hit.level[k] + 1),
         medium: hit.medium,
     };
     if mirror.finish.exponent != 1.0 {
