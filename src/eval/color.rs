@@ -122,8 +122,11 @@ impl Machine<'_> {
                     )
             }
             Token::Name(symbol) => match self.scopes.get(symbol) {
-                Some(Value::Number(num)) => num.n >= 3,
-                Some(Value::Array(_)) => true,
+                // A plain vector is no colour here, as in POV-Ray.
+                Some(Value::Number(num)) => num.n == 5,
+                Some(Value::Array(_)) => {
+                    matches!(self.array_sample(symbol), Some(Value::Number(num)) if num.n == 5)
+                }
                 _ => false,
             },
             _ => false,

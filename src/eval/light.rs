@@ -142,11 +142,7 @@ impl Machine<'_> {
             K::LooksLike => {
                 self.next()?;
                 let open = self.open("looks_like")?;
-                let named = self.take_named(|value| match value {
-                    Value::Object(object) => Some(ObjectValue::clone(object)),
-                    _ => None,
-                })?;
-                let mut value = match named {
+                let mut value = match self.named_object()? {
                     Some(value) => value,
                     None => match self.object()? {
                         Some(value) => value,

@@ -52,7 +52,7 @@ pub struct Options {
 /// Bounds on a script, so that none hangs or eats the machine.
 #[derive(Debug, Clone)]
 pub struct Limits {
-    /// Tokens evaluated; 10^8 take a second or a few.
+    /// Tokens evaluated; 10^8 take some seconds.
     pub steps: u64,
     /// Macro calls and includes within each other.
     pub calls: usize,
@@ -78,7 +78,7 @@ impl Default for Options {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { steps: 4_000_000_000, calls: 10_000, memory: 8 << 30, errors: 50 }
+        Self { steps: 2_000_000_000, calls: 10_000, memory: 4 << 30, errors: 50 }
     }
 }
 

@@ -4,11 +4,11 @@ use super::machine::{Lexeme, Machine, Res};
 use super::texture::layer_over;
 use super::value::{Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
-use crate::scene::{CsgOp, Object, Shape, Texture, Transform};
+use crate::scene::{CsgOp, Interior, Object, Shape, Texture, Transform};
 use std::sync::Arc;
 
 /// Bytes that an object takes, roughly, with its texture; for the memory limit.
-const OBJECT_BYTES: usize = 1500;
+const OBJECT_BYTES: usize = 700;
 
 impl Machine<'_> {
     /// Reads an object if one is next; `None` (and nothing taken) if not.
@@ -30,10 +30,7 @@ impl Machine<'_> {
         }
         let what = word.text();
         let open = self.open(what)?;
-        let named = self.take_named(|value| match value {
-            Value::Object(object) => Some(ObjectValue::clone(object)),
-            _ => None,
-        })?;
+        let named = self.named_object()?;
         let mut value = match named {
             Some(value) => value,
             None => match word {
@@ -61,6 +58,19 @@ impl Machine<'_> {
         while self.modifier(&mut value)? {}
         self.close(what, open)?;
         Ok(value)
+    }
+
+    /// A copy of a declared object, if its name is next.
+    pub fn named_object(&mut self) -> Res<Option<ObjectValue>> {
+        let named = self.take_named(|value| match value {
+            Value::Object(object) => Some(object.clone()),
+            _ => None,
+        })?;
+        let copy = named.map(|object| object.copy());
+        if copy.is_some() {
+            self.charge(OBJECT_BYTES)?;
+        }
+        Ok(copy)
     }
 
     /// The children of a composite.
@@ -198,10 +208,9 @@ impl Machine<'_> {
                 }
             }
             K::Open => {
+                let Shape::Cone { open, .. } = &mut object.shape else { return Ok(false) };
+                *open = true;
                 self.next()?;
-                if let Shape::Cone { open, .. } = &mut object.shape {
-                    *open = true;
-                }
             }
             // Hints that change no picture of ours.
             K::Sturm | K::Hierarchy | K::NoRadiosity | K::SplitUnion | K::NoBumpScale => {
@@ -229,11 +238,7 @@ impl Machine<'_> {
 
     /// An object within `clipped_by` or `bounded_by`.
     fn helper(&mut self, lacks: &mut Lacks) -> Res<Option<Option<Arc<Object>>>> {
-        let named = self.take_named(|value| match value {
-            Value::Object(object) => Some(ObjectValue::clone(object)),
-            _ => None,
-        })?;
-        let helper = match named {
+        let helper = match self.named_object()? {
             Some(value) => value,
             None => match self.object()? {
                 Some(value) => value,
@@ -295,12 +300,42 @@ impl Machine<'_> {
 }
 
 impl ObjectValue {
+    /// The object as another one of its kind. Its interiors are new ones: two copies of a glass ball that overlap are two
+    /// pieces of glass (measured), while the children of one union share the union's.
+    fn copy(&self) -> Self {
+        let mut copy = self.clone();
+        if let Some(object) = &mut copy.object
+            && has_interior(object)
+        {
+            renew_interiors(object);
+        }
+        copy
+    }
+
     /// Moves the object and its lights.
     pub fn transform(&mut self, transform: &Transform) {
         self.object = self.object.take().map(|object| object.transformed(transform));
         for light in &mut self.lights {
             light.location = transform.point(light.location);
             light.point_at = transform.point(light.point_at);
+        }
+    }
+}
+
+fn has_interior(object: &Object) -> bool {
+    object.interior.is_some()
+        || matches!(&object.shape, Shape::Csg { children, .. } if children.iter().any(|child| has_interior(child)))
+}
+
+fn renew_interiors(object: &mut Object) {
+    if let Some(interior) = &mut object.interior {
+        *interior = Arc::new(Interior::clone(interior));
+    }
+    if let Shape::Csg { children, .. } = &mut object.shape {
+        for child in children {
+            if has_interior(child) {
+                renew_interiors(Arc::make_mut(child));
+            }
         }
     }
 }

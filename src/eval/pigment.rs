@@ -76,7 +76,7 @@ impl Machine<'_> {
     }
 
     /// Some element of an array, to tell what kind of array it is.
-    fn array_sample(&self, symbol: crate::lang::Symbol) -> Option<Value> {
+    pub fn array_sample(&self, symbol: crate::lang::Symbol) -> Option<Value> {
         let mut value = self.scopes.get(symbol)?.clone();
         while let Value::Array(array) = &value {
             value = array.items.iter().flatten().next()?.clone();
@@ -345,13 +345,14 @@ impl Machine<'_> {
             self.comma()?;
             if self.starts_color()? {
                 map.entries.push((place, self.color()?));
-            } else {
+            } else if let Some(next_place) = self.optional_float()? {
                 // Old form: `[from to color color]`.
-                let next_place = self.finite()?;
                 self.comma()?;
                 map.entries.push((place, self.color()?));
                 self.comma()?;
                 map.entries.push((next_place, self.color()?));
+            } else {
+                map.entries.push((place, self.color()?));
             }
             self.expect(Mark::CloseBracket)?;
             self.comma()?;

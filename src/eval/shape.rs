@@ -115,7 +115,16 @@ impl Machine<'_> {
     fn torus(&mut self) -> Res<Option<Shape>> {
         let major = self.finite()?.abs();
         self.comma()?;
-        let minor = self.radius("torus")?;
+        let minor = self.finite()?;
+        if !(minor > 0.0) {
+            // POV-Ray finds no point of a torus with a negative tube, unlike spheres.
+            let span = self.span(self.last);
+            self.warn(
+                "radius",
+                format!("torus radius must be positive, found {minor}; it cannot be seen"),
+                span,
+            );
+        }
         Ok((minor > 0.0).then_some(Shape::Torus { major, minor }))
     }
 

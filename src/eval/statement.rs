@@ -4,7 +4,7 @@ use super::color::is_rgb;
 use super::machine::{Machine, Res, Stop};
 use super::object::is_object;
 use super::string::is_string_function;
-use super::value::{Num, ObjectValue, Value, With};
+use super::value::{Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{Finish, Gamma};
 use std::sync::Arc;
@@ -62,11 +62,7 @@ impl Machine<'_> {
             Token::End => return Ok(false),
             Token::Word(word) => word,
             Token::Name(_) => {
-                let named = self.take_named(|value| match value {
-                    Value::Object(object) => Some(ObjectValue::clone(object)),
-                    _ => None,
-                })?;
-                return match named {
+                return match self.named_object()? {
                     Some(object) => {
                         self.place(object);
                         Ok(true)

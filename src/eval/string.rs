@@ -5,6 +5,9 @@ use super::value::Value;
 use crate::lang::{Keyword, Mark, Token};
 use std::sync::Arc;
 
+/// Bytes of the longest string; a script that doubles one over and over must be stopped in time.
+const LONGEST: usize = 1 << 24;
+
 impl Machine<'_> {
     /// A string literal, name or function.
     pub fn string(&mut self) -> Res<Arc<str>> {
@@ -52,6 +55,9 @@ impl Machine<'_> {
                 while self.peek()? != Token::Mark(Mark::CloseParen) {
                     self.comma()?;
                     text.push_str(&self.string_or_path(path)?);
+                    if text.len() > LONGEST {
+                        return Err(self.halt(format!("stopped: a string of more than {LONGEST} bytes")));
+                    }
                 }
                 text
             }

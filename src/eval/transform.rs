@@ -96,7 +96,14 @@ impl Machine<'_> {
         self.invertible(m, open, close)
     }
 
-    fn invertible(&mut self, m: [f64; 12], open: Lexeme, close: Lexeme) -> Res<Transform> {
+    fn invertible(&mut self, mut m: [f64; 12], open: Lexeme, close: Lexeme) -> Res<Transform> {
+        for i in 0..3 {
+            if m[i] == 0.0 && m[3 + i] == 0.0 && m[6 + i] == 0.0 {
+                let span = self.span(open).to(self.span(close));
+                self.warn("matrix column", "a matrix column of zeros counts as a scale of 1", span);
+                m[4 * i] = 1.0;
+            }
+        }
         match Transform::from_affine(DAffine3::from_cols_array(&m)) {
             Some(transform) => Ok(transform),
             None => {

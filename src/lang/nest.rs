@@ -48,6 +48,9 @@ struct Open {
     breaks: Vec<usize>,
 }
 
+/// Errors beyond this many are not told: they are all of one kind.
+const ERRORS: usize = 50;
+
 /// Fills in every jump. All errors of nesting are found in one pass.
 pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     let mut open: Vec<Open> = Vec::new();
@@ -117,10 +120,11 @@ pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             _ => {}
         }
     }
-    for left in open {
+    for left in open.into_iter().take(ERRORS) {
         let name = left.directive.name();
         errors.push(Diagnostic::error(format!("`#{name}` without its `#end`"), program.span(left.at)));
     }
+    errors.truncate(ERRORS);
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 

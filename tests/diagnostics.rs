@@ -1,0 +1,143 @@
+//! What is told of broken scenes. Each scene in `tests/diagnostics` says in comments (`//~ error: ...`) what must
+//! be told of its line, and nothing else may be.
+
+use octray::eval::{Limits, Options, from_text, load};
+use octray::lang::Severity;
+use std::path::Path;
+
+/// `(line, "error: message")`, in order of lines.
+fn expected(text: &str) -> Vec<(usize, String)> {
+    let lines = text.lines().enumerate();
+    lines.filter_map(|(i, line)| Some((i + 1, line.split_once("//~ ")?.1.trim().to_string()))).collect()
+}
+
+#[test]
+fn every_broken_scene_says_what_is_wrong() {
+    let mut count = 0;
+    let mut wrong = Vec::new();
+    for entry in std::fs::read_dir("tests/diagnostics").unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let done = load(&path, &Options::default());
+        let mut told: Vec<_> = done
+            .diagnostics
+            .iter()
+            .map(|d| {
+                (done.sources.position(d.span.unwrap()).0, format!("{}: {}", d.severity.word(), d.message))
+            })
+            .collect();
+        told.sort();
+        if told != expected(&text) {
+            wrong.push(format!("{}\n told {told:#?}\n expected {:#?}", path.display(), expected(&text)));
+        }
+        // Whatever is told can be shown in every form.
+        for diagnostic in &done.diagnostics {
+            assert!(diagnostic.short(&done.sources).contains(&diagnostic.message));
+            assert!(diagnostic.render(&done.sources, false).contains(&diagnostic.message));
+        }
+        count += 1;
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count >= 15, "only {count} scenes in tests/diagnostics");
+}
+
+#[test]
+fn a_folder_or_a_missing_file_is_no_scene() {
+    for path in ["tests", "tests/no_such_scene.scn"] {
+        let done = load(Path::new(path), &Options::default());
+        assert!(done.has_errors());
+        assert!(done.diagnostics[0].message.contains(path), "{}", done.diagnostics[0].message);
+    }
+}
+
+#[test]
+fn diagnostics_show_the_line_the_help_and_the_way_there() {
+    let text = "#macro Ball(R)\n  sphere { 0, Radus }\n#end\n#declare Radius = 1;\nunion { Ball(1) sphere { 1, 1 } }\n";
+    let done = from_text("balls.scn", text, &Options::default());
+    let shown = "\
+error: undeclared identifier `Radus`
+ --> balls.scn:2:15
+  |
+2 |   sphere { 0, Radus }
+  |               ^^^^^
+  |
+  = help: there is `Radius`
+note: in macro `Ball`, called here
+ --> balls.scn:5:9
+  |
+5 | union { Ball(1) sphere { 1, 1 } }
+  |         ^^^^";
+    assert_eq!(done.diagnostics[0].render(&done.sources, false), shown);
+    assert_eq!(
+        done.diagnostics[0].short(&done.sources),
+        "balls.scn:2:15: error: undeclared identifier `Radus`"
+    );
+}
+
+#[test]
+fn what_is_not_modelled_can_be_left_out() {
+    let text = "fog { distance 1 } sphere { 0, 1 } blob { threshold 1 }";
+    let strict = from_text("test.scn", text, &Options::default());
+    assert_eq!(strict.count(Severity::Error), 2);
+    let lenient = from_text("test.scn", text, &Options { allow_missing: true, ..Options::default() });
+    assert!(!lenient.has_errors());
+    assert_eq!(lenient.count(Severity::Warning), 2);
+    assert_eq!(lenient.scene.objects.len(), 1);
+}
+
+/// Scripts that would not end or would eat the machine are stopped, in reasonable time and space.
+#[test]
+fn no_script_is_endless() {
+    let limits = Limits { steps: 1_000_000, memory: 64 << 20, ..Limits::default() };
+    let options = Options { limits, ..Options::default() };
+    let scripts = [
+        "#while (1) #end",
+        "#while (1) sphere { 0, 1 } #end",
+        "#for (I, 0, 1e9) #declare A = I; #end",
+        "#declare S = \"aaaaaaaaaaaaaaaa\" #while (1) #declare S = concat(S, S) #end",
+        "#declare A = array[1000000000][1000]",
+        "#macro A(X) A(A(X)) #end A(1)",
+        "#macro A() A() #end A()",
+        "#macro A() A() A() #end A()",
+    ];
+    for script in scripts {
+        assert!(from_text("test.scn", script, &options).has_errors(), "{script}");
+    }
+}
+
+/// No nesting of any kind overflows a stack or takes more than linear time: these would hang or crash if one did.
+#[test]
+fn no_text_is_too_deep() {
+    let n = 100_000;
+    let repeated = [
+        "(",
+        "{",
+        "[",
+        "<",
+        "<1,",
+        "-",
+        "/*",
+        "\"\\",
+        "#if (1) ",
+        "#end ",
+        "#",
+        "union { ",
+        "texture { ",
+        "concat(",
+        "(1 ? ",
+        "#declare A = ",
+        "#macro A() ",
+        "#switch (1) #case (1) ",
+        "1e",
+        ".",
+        "<1,2",
+        "#while (1",
+        "\\",
+    ];
+    for part in repeated {
+        from_text("deep.scn", &part.repeat(n), &Options::default());
+        from_text("deep.scn", &format!("#declare A = {}", part.repeat(n)), &Options::default());
+    }
+    let balanced = format!("{} sphere {{ 0, 1 }}", "/*".repeat(n) + &"*/".repeat(n));
+    assert_eq!(from_text("deep.scn", &balanced, &Options::default()).scene.objects.len(), 1);
+}
