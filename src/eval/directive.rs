@@ -4,7 +4,7 @@ use super::Stream;
 use super::machine::{FrameKind, Lexeme, Loop, Machine, Res, Stop};
 use super::scope::Place;
 use super::value::{Macro, Num, Value};
-use crate::lang::{Diagnostic, Directive, Mark, Symbol, Token};
+use crate::lang::{Diagnostic, Directive, Keyword, Mark, Symbol, Token};
 use std::sync::Arc;
 
 /// Floats nearer than this are equal to `=`, `#case` and the last turn of `#for` (measured: 1e-11 is, 1e-9 is not).
@@ -309,6 +309,12 @@ impl Machine<'_> {
 
     /// `#declare Name[i] = value;`
     fn declare(&mut self, local: bool) -> Res<()> {
+        // `#declare deprecated once "see elsewhere" Name = ...` is how the standard includes mark old names.
+        if self.peek_raw() == Token::Word(Keyword::Deprecated) {
+            self.next()?;
+            self.accept_word(Keyword::Once)?;
+            self.string()?;
+        }
         let (symbol, at) = self.raw_name(if local { "local" } else { "declare" })?;
         let mut element: Option<Place> = None;
         while self.peek_raw() == Token::Mark(Mark::OpenBracket) {

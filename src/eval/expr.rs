@@ -83,7 +83,7 @@ impl Machine<'_> {
     }
 
     /// `.x`, `.red` and the like, any number of times.
-    fn suffix(&mut self, mut value: Num) -> Res<Num> {
+    pub fn suffix(&mut self, mut value: Num) -> Res<Num> {
         while self.peek_operator()? == Token::Mark(Mark::Dot) {
             self.next()?;
             let lexeme = self.next()?;
@@ -409,7 +409,7 @@ impl Machine<'_> {
 }
 
 /// Division; by zero it gives infinity, whatever the signs (measured).
-fn divide(a: f64, b: f64) -> f64 {
+pub(super) fn divide(a: f64, b: f64) -> f64 {
     if b == 0.0 { f64::INFINITY } else { a / b }
 }
 
