@@ -95,6 +95,10 @@ impl<'w> Tracer<'w> {
         let mut lights = vec![None; self.world.scene.lights.len()];
         let mut total = Seen { rgb: Rgb::ZERO, transmit: 0.0 };
         for (share, texture) in self.world.textures(met, ray) {
+            // POV-Ray leaves out what is worth less than a ray, and does not share it out again.
+            if share < self.world.scene.globals.adc_bailout {
+                continue;
+            }
             let point = Point { met, view: ray.dir, kind: ray.kind, media, level };
             let seen = self.shade_texture(&point, &texture, weight * share, &mut lights);
             total.rgb += share * seen.rgb;

@@ -213,7 +213,8 @@ impl Node<'_> {
     }
 
     fn add_media(&self, ray: &Ray, media: &mut Media) {
-        if !self.trail(ray).is_inside_at_start() {
+        let has_inside = !matches!(&self.kind, NodeKind::Leaf(leaf) if !leaf.solid);
+        if !has_inside || !self.trail(ray).is_inside_at_start() {
             return;
         }
         match &self.kind {

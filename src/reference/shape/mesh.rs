@@ -2,7 +2,7 @@
 
 use super::triangle::Sheared;
 use super::{Line, Root, Roots};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, MeshTriangle};
 
 /// All triangles in turn; a triangle's index is its part of the surface.
 ///
@@ -10,11 +10,16 @@ use crate::scene::Mesh;
 /// triangle test is watertight. On an open mesh POV-Ray's answer depends on that vector and ours on the line.
 pub fn cross(mesh: &Mesh, line: &Line) -> Roots {
     let sheared = Sheared::new(line);
+    let projected: Vec<_> = mesh.vertices.iter().map(|&vertex| sheared.project(vertex)).collect();
     let solid = mesh.inside_vector.is_some();
-    let meet = |(part, triangle): (usize, &crate::scene::MeshTriangle)| {
-        let corners = triangle.vertices.map(|i| mesh.vertices[i as usize]);
-        let normals = triangle.normals.map(|normals| normals.map(|i| mesh.normals[i as usize]));
-        let root = sheared.meet(&corners, normals.as_ref(), part)?;
+    let meet = |(part, triangle): (usize, &MeshTriangle)| {
+        let corners = || {
+            let normals = triangle.normals.map(|normals| normals.map(|i| mesh.normals[i as usize]));
+            (triangle.vertices.map(|i| mesh.vertices[i as usize]), normals)
+        };
+        let [a, b, c] = triangle.vertices;
+        let seen = [projected[a as usize], projected[b as usize], projected[c as usize]];
+        let root = sheared.meet(seen, corners, part)?;
         Some(Root { toggles: solid, ..root })
     };
     Roots::sorted(mesh.triangles.iter().enumerate().filter_map(meet).collect())
@@ -23,7 +28,6 @@ pub fn cross(mesh: &Mesh, line: &Line) -> Roots {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::MeshTriangle;
     use glam::DVec3;
 
     /// An octahedron: the least closed mesh with corners of four edges on the axes.

@@ -3,13 +3,14 @@
 
 use super::{Line, Root, Roots};
 use glam::{DVec2, DVec3};
-use smallvec::smallvec;
 use std::cmp::Ordering;
 
 /// Meets a lone triangle.
 pub fn cross(corners: &[DVec3; 3], normals: Option<&[DVec3; 3]>, line: &Line) -> Roots {
-    let root = Sheared::new(line).meet(corners, normals, 0);
-    Roots { starts_inside: false, list: root.map_or_else(|| smallvec![], |root| smallvec![root]) }
+    let sheared = Sheared::new(line);
+    let root =
+        sheared.meet(corners.map(|corner| sheared.project(corner)), || (*corners, normals.copied()), 0);
+    Roots { starts_inside: false, list: root.into_iter().collect() }
 }
 
 /// A line, and the shear that lays it along the z axis of permuted coordinates: the test is then a plane one, whether
@@ -40,26 +41,37 @@ impl<'a> Sheared<'a> {
         Self { line, axes: [x, y, z], shear }
     }
 
-    fn project(&self, corner: DVec3) -> DVec2 {
+    /// A corner as seen along the line, which is at the origin.
+    pub fn project(&self, corner: DVec3) -> DVec2 {
         let v = corner - self.line.origin;
         let [x, y, z] = self.axes;
         DVec2::new(v[x], v[y]) - self.shear * v[z]
     }
 
-    /// The meeting with a triangle, which becomes part `part` of its surface.
+    /// The meeting with a triangle, given its corners as [projected](Self::project); only if it is met are corners and
+    /// normals asked for. It becomes part `part` of a surface.
     ///
     /// `t` is taken from the normal, which stays exact on huge triangles where Woop's interpolated depth does not.
-    pub fn meet(&self, corners: &[DVec3; 3], normals: Option<&[DVec3; 3]>, part: usize) -> Option<Root> {
-        // POV-Ray's front is where the corners run clockwise in its left-handed space.
-        let n = (corners[2] - corners[0]).cross(corners[1] - corners[0]);
-        let (t, point) = if self.line.left == Some(part) {
-            (0.0, self.line.origin)
-        } else {
-            let [a, b, c] = corners.map(|corner| self.project(corner));
+    #[inline]
+    pub fn meet(
+        &self,
+        [a, b, c]: [DVec2; 3],
+        triangle: impl FnOnce() -> ([DVec3; 3], Option<[DVec3; 3]>),
+        part: usize,
+    ) -> Option<Root> {
+        let departing = self.line.left == Some(part);
+        if !departing {
             let side = edge_side(a, b);
             if side == Ordering::Equal || side != edge_side(b, c) || side != edge_side(c, a) {
                 return None;
             }
+        }
+        let (corners, normals) = triangle();
+        // POV-Ray's front is where the corners run clockwise in its left-handed space.
+        let n = (corners[2] - corners[0]).cross(corners[1] - corners[0]);
+        let (t, point) = if departing {
+            (0.0, self.line.origin)
+        } else {
             let t = n.dot(corners[0] - self.line.origin) / n.dot(self.line.dir);
             let p = self.line.at(t);
             (t, p - n * (n.dot(p - corners[0]) / n.length_squared()))
@@ -67,7 +79,7 @@ impl<'a> Sheared<'a> {
         if !(t.is_finite() && point.is_finite()) {
             return None;
         }
-        let shares = shares(corners, n, point);
+        let shares = shares(&corners, n, point);
         let smooth = normals.map(|normals| (0..3).map(|i| shares[i] * normals[i]).sum());
         let root = Root { smooth, corners: shares, toggles: false, ..Root::new(t, point, n, part) };
         Some(root.departing(self.line))
@@ -86,17 +98,17 @@ fn shares(corners: &[DVec3; 3], n: DVec3, p: DVec3) -> [f64; 3] {
 ///
 /// The sign of `a × b`, exact. An origin exactly on the edge is taken to lie a little off it, always in the same direction,
 /// so that of the triangles round an edge or corner exactly one (or a consistent few) are met.
+#[inline]
 fn edge_side(a: DVec2, b: DVec2) -> Ordering {
     let (ab, ba) = (a.x * b.y, a.y * b.x);
     let plain = ab - ba;
     // Beyond four roundings of the products the plain sign is certain; else Kahan's difference of products decides.
-    let cross = if plain.abs() > 4.0 * f64::EPSILON * (ab.abs() + ba.abs()) {
-        plain
-    } else {
-        a.x.mul_add(b.y, -ba) + (-a.y).mul_add(b.x, ba)
-    };
     let order = |x: f64, y: f64| x.partial_cmp(&y).unwrap_or(Ordering::Equal);
-    order(cross, 0.0).then(order(a.y, b.y)).then(order(b.x, a.x))
+    if plain.abs() > 4.0 * f64::EPSILON * (ab.abs() + ba.abs()) {
+        return order(plain, 0.0);
+    }
+    let exact = a.x.mul_add(b.y, -ba) + (-a.y).mul_add(b.x, ba);
+    order(exact, 0.0).then(order(a.y, b.y)).then(order(b.x, a.x))
 }
 
 #[cfg(test)]
