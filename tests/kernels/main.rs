@@ -1,4 +1,7 @@
 //! Kernels against exact arithmetic: every shape on random rays and on the awkward ones.
 
 mod basics;
+mod dd;
+mod exact;
+mod oracle;
 mod support;
