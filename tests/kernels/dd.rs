@@ -100,14 +100,6 @@ impl Dd {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    pub fn min(self, o: Self) -> Self {
-        if self < o { self } else { o }
-    }
-
-    pub fn max(self, o: Self) -> Self {
-        if self > o { self } else { o }
-    }
-
     pub fn f64(self) -> f64 {
         self.hi
     }
@@ -118,14 +110,6 @@ pub type V = [Dd; 3];
 
 pub fn dot(a: V, b: V) -> Dd {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub fn minus(a: V, b: V) -> V {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// The point at `t` on a ray.

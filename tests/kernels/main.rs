@@ -3,5 +3,9 @@
 mod basics;
 mod dd;
 mod exact;
+mod lanes;
+mod leaving;
+mod mesh;
 mod oracle;
+mod scale;
 mod support;

@@ -202,9 +202,7 @@ impl Solid {
                 let side = (radius - (1.0 - taper * p.z)).abs();
                 if !open && p.z.abs() < side {
                     DVec3::NEG_Z
-                } else if !open && (p.z - 1.0).abs() < side {
-                    DVec3::Z
-                } else if radius == 0.0 {
+                } else if (!open && (p.z - 1.0).abs() < side) || radius == 0.0 {
                     DVec3::Z
                 } else {
                     (p.truncate() / radius).extend(taper).normalize()

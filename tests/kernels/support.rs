@@ -1,8 +1,9 @@
 //! What the kernel tests share: rays by hand, random numbers, lanes as plain numbers.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use octray::kernel::{Block, Left, Rays, Surfaces};
 use octray::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use octray::scene::Transform;
 
 /// One ray in all eight lanes; `dir` is taken to length 1 and then to the lanes' precision.
 pub fn ray<L: Lane>(origin: [f64; 3], dir: [f64; 3]) -> Rays<L> {
@@ -38,6 +39,17 @@ pub fn left_part<L: Lane>(part: u8) -> Left<L> {
 /// The surface of primitive 0 at `t`.
 pub fn surface<S: Scalar, B: Block<S>>(block: &B, rays: &Rays<S::Lane>, t: f64) -> Surfaces<S::Lane> {
     block.resolve(&[0; LANES], Mask::all_set(), rays, S::Lane::lit(t))
+}
+
+/// The map as columns of this precision hold it.
+pub fn rounded<S: Scalar>(t: &Transform) -> Transform {
+    let round = |x: f64| S::from_f64(x).to_f64();
+    let mut t = *t;
+    for affine in [&mut t.forward, &mut t.inverse] {
+        affine.matrix3 = DMat3::from_cols_array(&affine.matrix3.to_cols_array().map(round));
+        affine.translation = affine.translation.map(round);
+    }
+    t
 }
 
 /// Random numbers that are the same everywhere (Steele, Lea, Flood, OOPSLA 2014).

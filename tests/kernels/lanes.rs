@@ -1,0 +1,141 @@
+//! Lanes do not see each other, broken rays hit nothing, and rows can change places.
+
+use crate::support::{Rng, lane_roots, packet};
+use glam::DVec3;
+use octray::kernel::*;
+use octray::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use octray::scene::Transform;
+
+/// Three primitives of each kind, in three places.
+fn check<S: Scalar, B: Block<S>>(what: &str, push: impl Fn(&mut B, &Transform)) {
+    let mut block = B::default();
+    assert!(block.is_empty());
+    let places = [-1.0, 0.0, 1.0].map(|x| {
+        Transform::rotate(DVec3::splat(x)).then(&Transform::translate(DVec3::new(4.0 * x, x, 2.0 * x)))
+    });
+    places.iter().for_each(|t| push(&mut block, t));
+    assert_eq!(block.len(), 3);
+    let rng = &mut Rng(what.len() as u64);
+    for _ in 0..200 {
+        let good: [_; LANES] = std::array::from_fn(|k| {
+            let from = rng.cube() * 10.0;
+            (from, places[k % 3].point(rng.cube() * 0.5) - from)
+        });
+        let rays = packet::<S::Lane>(&good);
+        broken_rays_hit_nothing(what, &block, &rays, rng);
+        rows_move_as_told(what, &places, &push, &block, &rays);
+        for i in 0..3 {
+            let all = block.roots(i, &rays, None);
+            for (k, one) in good.iter().enumerate() {
+                let alone = block.roots(i, &packet(&[*one]), None);
+                assert_eq!(lane_roots(alone.as_ref(), 0), lane_roots(all.as_ref(), k), "{what} alone");
+                let found = lane_roots(all.as_ref(), k);
+                assert!(found.is_sorted(), "{what}: {found:?}");
+                let first = all.as_ref().iter().position(|t| t.to_array()[k].to_f64().is_nan());
+                assert!(first.is_none_or(|n| n == found.len()), "{what}: NaN before a crossing");
+            }
+        }
+    }
+}
+
+/// One broken number in one lane: that lane has no crossing, the others the same as before.
+fn broken_rays_hit_nothing<S: Scalar, B: Block<S>>(
+    what: &str,
+    block: &B,
+    rays: &Rays<S::Lane>,
+    rng: &mut Rng,
+) {
+    let (victim, axis) = (rng.bits() as usize % LANES, rng.bits() as usize % 3);
+    let poison = |v: Vec3<S::Lane>, with: f64| {
+        Vec3::from_fn(|k| {
+            let mut p = v.lane(k);
+            if k == victim {
+                p[axis] = with;
+            }
+            p
+        })
+    };
+    for (origin, dir) in [
+        (poison(rays.origin, f64::NAN), rays.dir),
+        (rays.origin, poison(rays.dir, f64::NAN)),
+        (poison(rays.origin, f64::INFINITY), rays.dir),
+        (Vec3::lit(f64::NAN), Vec3::lit(f64::NAN)),
+    ] {
+        let broken = Rays { origin, dir };
+        let all = !broken.origin.lane((victim + 1) % LANES).is_finite();
+        for i in 0..block.len() {
+            let (before, after) = (block.roots(i, rays, None), block.roots(i, &broken, None));
+            for k in 0..LANES {
+                let expected = if k == victim || all { vec![] } else { lane_roots(before.as_ref(), k) };
+                assert_eq!(lane_roots(after.as_ref(), k), expected, "{what}, lane {k}");
+            }
+        }
+    }
+}
+
+/// A row in another place gives the same answers there; `resolve` takes each lane's own row.
+fn rows_move_as_told<S: Scalar, B: Block<S>>(
+    what: &str,
+    places: &[Transform; 3],
+    push: &impl Fn(&mut B, &Transform),
+    block: &B,
+    rays: &Rays<S::Lane>,
+) {
+    let order = [2, 0, 1];
+    let mut moved = B::default();
+    places.iter().for_each(|t| push(&mut moved, t));
+    moved.permute(&order);
+    let mut t = S::Lane::lit(f64::NAN);
+    let index: [u32; LANES] = std::array::from_fn(|k| k as u32 % 3);
+    for (i, &from) in order.iter().enumerate() {
+        let (a, b) = (moved.roots(i, rays, None), block.roots(from as usize, rays, None));
+        assert_eq!(moved.bounds(i), block.bounds(from as usize));
+        for k in 0..LANES {
+            assert_eq!(lane_roots(a.as_ref(), k), lane_roots(b.as_ref(), k), "{what} moved");
+        }
+        let mine = Mask::from_bits((0..LANES).filter(|k| k % 3 == from as usize).map(|k| 1 << k).sum());
+        t = mine.select(b.as_ref()[0], t);
+    }
+    // Where row `from` of the block went.
+    let went = index.map(|from| order.iter().position(|&o| o == from).unwrap() as u32);
+    let (a, b) = (block.resolve(&index, t.equal(t), rays, t), moved.resolve(&went, t.equal(t), rays, t));
+    for k in (0..LANES).filter(|k| t.equal(t).bits() >> k & 1 == 1) {
+        assert_eq!((a.point.lane(k), a.normal.lane(k)), (b.point.lane(k), b.normal.lane(k)), "{what}");
+        let alone = block.resolve(&[index[k]; LANES], Mask::all_set(), rays, t);
+        assert_eq!(a.point.lane(k), alone.point.lane(k), "{what}");
+        assert!(
+            (a.normal.lane(k).length() - 1.0).abs() < 8.0 * S::UNIT_ROUNDOFF,
+            "{what}: not a unit normal"
+        );
+    }
+}
+
+fn shapes<S: Scalar>() {
+    let half = DVec3::new(1.0, 0.5, 0.25);
+    check::<S, Spheres<S>>("sphere", |b, t| b.push(t.forward.translation, 1.0));
+    check::<S, Boxes<S>>("axis-parallel box", |b, t| {
+        b.push(t.forward.translation - half, t.forward.translation + half);
+    });
+    check::<S, Ellipsoids<S>>("ellipsoid", |b, t| b.push(t));
+    check::<S, OrientedBoxes<S>>("box", |b, t| b.push(t, -half, half));
+    check::<S, Planes<S>>("plane", |b, t| b.push(t, DVec3::Y, 0.0));
+    check::<S, Discs<S>>("disc", |b, t| b.push(t, DVec3::ZERO, DVec3::Y, 1.0, 0.1));
+    let (base, cap, apex) = ((DVec3::NEG_Y, 1.0), (DVec3::Y, 1.0), (DVec3::Y, 0.0));
+    check::<S, Cylinders<S>>("cylinder", |b, t| b.push(t, base, cap));
+    check::<S, OpenCylinders<S>>("open cylinder", |b, t| b.push(t, base, cap));
+    check::<S, ClosedCones<S>>("cone", |b, t| b.push(t, base, apex));
+    check::<S, OpenCones<S>>("open cone", |b, t| b.push(t, base, apex));
+    check::<S, Tori<S>>("torus", |b, t| b.push(t, 0.7, 0.3));
+    let corners = |t: &Transform| [DVec3::NEG_ONE, DVec3::X, DVec3::Y].map(|p| t.point(p));
+    check::<S, Triangles<S>>("triangle", |b, t| b.push(corners(t)));
+    check::<S, SmoothTriangles<S>>("smooth triangle", |b, t| {
+        b.push(corners(t), [DVec3::X, DVec3::Y, DVec3::Z])
+    });
+    check::<S, Polygons<S>>("polygon", |b, t| b.push(&[corners(t).to_vec()]));
+}
+
+#[test]
+fn lanes_and_rows_keep_to_themselves() {
+    shapes::<f32>();
+    shapes::<f64>();
+}
