@@ -87,3 +87,22 @@ fn a_scene_becomes_objects() {
     assert!(matches!(done.scene.objects[2].shape, Shape::Sphere { radius: 1.0, .. }));
     assert_eq!(done.scene.objects[2].transform.point(glam::DVec3::ZERO).x, 2.0);
 }
+
+/// Measured in POV-Ray 3.7: a block adds to the interior that is there already, a name replaces it.
+#[test]
+fn interiors_add_up_unless_named() {
+    let interior = |said: &str| {
+        let text = format!(
+            "#version 3.7; #declare Glass = sphere {{ 0, 1 interior {{ ior 1.3 fade_distance 3 }} }}
+             #declare Amber = material {{ interior {{ ior 1.3 fade_distance 3 }} }}
+             #declare Water = interior {{ ior 1.2 }} {said}"
+        );
+        let done = from_text("test.scn", &text, &Options::default());
+        assert!(!done.has_errors(), "{said}");
+        let interior = done.scene.objects[0].interior.clone().unwrap();
+        (interior.ior, interior.fade_distance)
+    };
+    assert_eq!(interior("object { Glass interior { ior 1.05 } }"), (1.05, 3.0));
+    assert_eq!(interior("sphere { 0, 1 material { Amber interior { ior 1.05 } } }"), (1.05, 3.0));
+    assert_eq!(interior("object { Glass interior { Water } }"), (1.2, 0.0));
+}

@@ -54,6 +54,9 @@ impl PovRay {
         command.arg(format!("+W{width}")).arg(format!("+H{height}"));
         command.args(["+FN16", "File_Gamma=1.0", "-A", "-D", "-V", "-P", "+WT1"]);
         command.arg(format!("+K{}", args.clock));
+        // POV-Ray looks for includes in its working folder, octray in the scene's.
+        let beside = scene.parent().filter(|folder| !folder.as_os_str().is_empty());
+        command.args(beside.map(|folder| with_path("+L", folder)));
         command.args(args.library_paths.iter().map(|path| with_path("+L", path)));
         command.args(args.declares.iter().map(|(name, value)| format!("Declare={name}={value}")));
         let ran = command.stdin(Stdio::null()).output().map_err(|error| format!("POV-Ray: {error}"))?;
