@@ -60,6 +60,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
             interior: None,
             root: Arc::as_ptr(object) as usize,
             flags: Flags::default(),
+            separable: true,
         };
         pass.object(object, &handed);
         pass.interior_of.remove(&handed.root);
@@ -190,29 +191,39 @@ struct Handed {
     /// Names the top-level object: the identity of its air.
     root: usize,
     flags: Flags,
+    /// Nothing but unions so far: the node is as good as an object of its own.
+    separable: bool,
 }
 
 impl Handed {
     fn to(&self, object: &Object) -> Self {
         let place = |texture: &Arc<Texture>| (texture.clone(), self.place);
         let (mine, his) = (object.flags, self.flags);
+        // What hides an object from rays is asked of whole objects, not of parts of composites (measured in POV-Ray 3.7).
+        let whole = self.separable;
+        let separable = whole
+            && matches!(object.shape, Shape::Csg { op: CsgOp::Union, .. })
+            && object.clipped_by.is_empty()
+            && !mine.inverse;
         Self {
             place: object.transform.then(&self.place),
             texture: object.texture.as_ref().map(place).or_else(|| self.texture.clone()),
-            interior_texture: object.interior_texture.as_ref().map(place).or_else(|| {
-                // A texture of its own hides the ancestor's look from inside too.
-                if object.texture.is_some() { None } else { self.interior_texture.clone() }
-            }),
+            interior_texture: object
+                .interior_texture
+                .as_ref()
+                .map(place)
+                .or_else(|| self.interior_texture.clone()),
             interior: object.interior.clone().or_else(|| self.interior.clone()),
             root: self.root,
             flags: Flags {
-                no_shadow: mine.no_shadow || his.no_shadow,
-                no_image: mine.no_image || his.no_image,
-                no_reflection: mine.no_reflection || his.no_reflection,
+                no_shadow: his.no_shadow || (whole && mine.no_shadow),
+                no_image: his.no_image || (whole && mine.no_image),
+                no_reflection: his.no_reflection || (whole && mine.no_reflection),
                 hollow: mine.hollow || his.hollow,
                 inverse: mine.inverse,
                 double_illuminate: mine.double_illuminate || his.double_illuminate,
             },
+            separable,
         }
     }
 }
@@ -247,7 +258,7 @@ impl<S: Scalar> Pass<S> {
             return self.composite(object, above);
         }
         match &object.shape {
-            Shape::Csg { op: CsgOp::Union, children, .. } => {
+            Shape::Csg { op: CsgOp::Union, children, .. } if !object.flags.inverse => {
                 for child in children {
                     self.object(child, &handed);
                 }
@@ -292,8 +303,8 @@ impl<S: Scalar> Pass<S> {
         if number == next {
             self.owners.push(owner);
         }
-        let blocks = textures.iter().all(|&t| self.opaque[t as usize]);
-        let mut bits = class::REFRACTED;
+        let blocks = textures.iter().chain(&interior_texture).all(|&t| self.opaque[t as usize]);
+        let mut bits = 0;
         if !handed.flags.no_image {
             bits |= class::CAMERA;
         }
@@ -362,7 +373,7 @@ impl<S: Scalar> Pass<S> {
     fn composite(&mut self, object: &Object, above: &Handed) {
         let first = self.csg.parts.len() as u32;
         let mut tags = Vec::new();
-        let (root, bounds) = self.node(object, above, &mut tags);
+        let (root, bounds) = self.node(object, above, false, &mut tags);
         self.constrain(root, &mut Vec::new());
         // What only clips is seen by no ray.
         let seen = self.csg.parts[first as usize..].iter().map(|part| part.seen);
@@ -381,32 +392,33 @@ impl<S: Scalar> Pass<S> {
     }
 
     /// Adds `object` to the expressions: the number of its node, and a box around its surfaces.
-    fn node(&mut self, object: &Object, above: &Handed, tags: &mut Vec<Tag>) -> (u32, Aabb) {
+    ///
+    /// Turned inside out, a union becomes an intersection of its children turned inside out, and back (De Morgan), as
+    /// in POV-Ray: only parts are ever `inverted`.
+    fn node(&mut self, object: &Object, above: &Handed, inverted: bool, tags: &mut Vec<Tag>) -> (u32, Aabb) {
         let handed = above.to(object);
+        let inverted = inverted != object.flags.inverse;
+        let interior = self.interior(&handed);
         let place = handed.place.then(&self.to_compiled);
         let (kind, mut bounds) = match &object.shape {
             Shape::Csg { op, children, .. } => {
                 let mut bounds: Option<Aabb> = None;
                 let mut numbers = Vec::with_capacity(children.len());
                 for (k, child) in children.iter().enumerate() {
-                    let (number, b) = self.node(child, &handed, tags);
                     let removed = *op == CsgOp::Difference && k > 0;
-                    if removed {
-                        let node = &mut self.csg.nodes[number as usize];
-                        node.inverted = !node.inverted;
-                    } else {
-                        bounds = Some(bounds.map_or(b, |a| match op {
-                            CsgOp::Union | CsgOp::Merge => a.union(b),
-                            CsgOp::Intersection | CsgOp::Difference => a.intersection(b),
-                        }));
-                    }
+                    let (number, b) = self.node(child, &handed, inverted != removed, tags);
+                    let joins = matches!(op, CsgOp::Union | CsgOp::Merge) != inverted;
+                    bounds = Some(bounds.map_or(b, |a| if joins { a.union(b) } else { a.intersection(b) }));
                     numbers.push(number);
                 }
                 let list = self.list(&numbers);
-                let kind = match op {
-                    CsgOp::Union => NodeKind::Any(list),
-                    CsgOp::Merge => NodeKind::Merged(list),
-                    CsgOp::Intersection | CsgOp::Difference => NodeKind::All(list),
+                let kind = match (op, inverted) {
+                    (CsgOp::Union, false) => NodeKind::Any(list),
+                    (CsgOp::Merge, false) | (CsgOp::Intersection | CsgOp::Difference, true) => {
+                        NodeKind::Merged(list)
+                    }
+                    (CsgOp::Union | CsgOp::Merge, true)
+                    | (CsgOp::Intersection | CsgOp::Difference, false) => NodeKind::All(list),
                 };
                 (kind, bounds.unwrap_or(Aabb::EMPTY))
             }
@@ -421,6 +433,9 @@ impl<S: Scalar> Pass<S> {
                 for (kind, row, triangle) in rows {
                     bounds = bounds.union(self.parts.bounds(kind, row));
                     numbers.push(self.part(kind, row, mesh.inside_vector.is_some()));
+                    if let Some(part) = self.csg.parts.last_mut() {
+                        part.inverted = inverted;
+                    }
                     tags.push(mesh_tags[triangle]);
                 }
                 (NodeKind::Odd(self.list(&numbers)), bounds)
@@ -435,11 +450,14 @@ impl<S: Scalar> Pass<S> {
                         let solid = !matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. });
                         let number = self.part(kind, row, solid);
                         tags.push(tag);
+                        self.csg.nodes[number as usize].inverted = inverted;
+                        if let Some(part) = self.csg.parts.last_mut() {
+                            part.inverted = inverted;
+                        }
+                        // A part turned inside out bounds nothing, but its surface is where it was.
+                        let bounds = if inverted { Aabb::INFINITE } else { bounds };
                         if object.clipped_by.is_empty() {
-                            if object.flags.inverse {
-                                self.csg.nodes[number as usize].inverted = true;
-                                return (number, Aabb::INFINITE);
-                            }
+                            self.csg.nodes[number as usize].interior = interior;
                             return (number, bounds);
                         }
                         (NodeKind::All(self.list(&[number])), bounds)
@@ -447,15 +465,20 @@ impl<S: Scalar> Pass<S> {
                 }
             }
         };
-        let mut number = self.push_node(kind);
+        let mut number = self.push_node(kind, interior);
+        if let (Shape::Mesh(_), true) = (&object.shape, inverted) {
+            self.csg.nodes[number as usize].inverted = true;
+            bounds = Aabb::INFINITE;
+        }
         if let Shape::Csg { op: CsgOp::Difference, .. } = &object.shape {
             self.csg.nodes[number as usize].cuttable = 1;
         }
         if !object.clipped_by.is_empty() {
+            let outside = Handed { separable: false, ..above.clone() };
             let mut numbers = vec![number];
             for clip in &object.clipped_by {
                 let first = self.csg.parts.len();
-                let (clip, b) = self.node(clip, above, tags);
+                let (clip, b) = self.node(clip, &outside, false, tags);
                 for part in &mut self.csg.parts[first..] {
                     part.seen = false;
                 }
@@ -463,12 +486,8 @@ impl<S: Scalar> Pass<S> {
                 numbers.push(clip);
             }
             let list = self.list(&numbers);
-            number = self.push_node(NodeKind::All(list));
+            number = self.push_node(NodeKind::All(list), interior);
             self.csg.nodes[number as usize].cuttable = 1;
-        }
-        if object.flags.inverse {
-            self.csg.nodes[number as usize].inverted = true;
-            bounds = Aabb::INFINITE;
         }
         (number, bounds)
     }
@@ -479,15 +498,16 @@ impl<S: Scalar> Pass<S> {
             kind: kind as u8,
             row: row as u32,
             solid,
+            inverted: false,
             seen: true,
             constraints: 0..0,
             composite: self.csg.composites.len() as u32,
         });
-        self.push_node(NodeKind::Part(number))
+        self.push_node(NodeKind::Part(number), 0)
     }
 
-    fn push_node(&mut self, kind: NodeKind) -> u32 {
-        self.csg.nodes.push(CsgNode { kind, inverted: false, cuttable: usize::MAX });
+    fn push_node(&mut self, kind: NodeKind, interior: u32) -> u32 {
+        self.csg.nodes.push(CsgNode { kind, inverted: false, cuttable: usize::MAX, interior });
         self.csg.nodes.len() as u32 - 1
     }
 

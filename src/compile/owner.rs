@@ -19,14 +19,12 @@ pub struct Owner {
 
 /// Bits that say which rays see a run. A ray's filter and a run's class must share a bit.
 pub mod class {
-    /// Seen by camera rays (not `no_image`).
+    /// Seen by camera rays and what they become by refraction (not `no_image`).
     pub const CAMERA: u8 = 1;
-    /// Seen by reflected rays (not `no_reflection`).
+    /// Seen by reflected rays and what they become by refraction (not `no_reflection`).
     pub const REFLECTED: u8 = 2;
-    /// Seen by refracted rays: everything is.
-    pub const REFRACTED: u8 = 4;
     /// Blocks shadow rays altogether.
-    pub const BLOCKS: u8 = 8;
+    pub const BLOCKS: u8 = 4;
     /// Lets some light of shadow rays through, or may.
-    pub const FILTERS: u8 = 16;
+    pub const FILTERS: u8 = 8;
 }

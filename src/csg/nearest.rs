@@ -104,17 +104,19 @@ impl CsgTree {
         changed
     }
 
-    /// Lanes whose start lies inside the composite.
-    pub fn contains_start(
+    /// The interiors that the rays start in, with a bit for each lane: of a union or merge those of its children, of any
+    /// other composite its own.
+    pub fn interiors_at_start(
         &self,
         composite: &Composite,
         rays: &Rays<f64x8>,
         source: &impl PartRoots,
         scratch: &mut Scratch,
-    ) -> u8 {
+    ) -> Vec<(u32, u8)> {
         let along = self.along(composite, rays, source, scratch);
-        let sides = along.node(composite.root, f64x8::zero());
-        sides.before | sides.after
+        let mut found = Vec::new();
+        along.collect_interiors(composite.root, !0, &mut found);
+        found
     }
 
     /// The parts that the places at `t` (known to a share of `t_error`) along the rays lie in or on, with a bit for each lane that does: whose looks a
@@ -218,6 +220,21 @@ impl Along<'_> {
             }
         }
         own.before ^ own.after
+    }
+
+    fn collect_interiors(&self, number: u32, lanes: u8, found: &mut Vec<(u32, u8)>) {
+        let sides = self.node(number, f64x8::zero());
+        let lanes = lanes & (sides.before | sides.after);
+        let node = &self.tree.nodes[number as usize];
+        match &node.kind {
+            _ if lanes == 0 => {}
+            NodeKind::Any(list) | NodeKind::Merged(list) => {
+                for &child in self.list(list) {
+                    self.collect_interiors(child, lanes, found);
+                }
+            }
+            _ => found.push((node.interior, lanes)),
+        }
     }
 
     fn collect_parts(&self, node: u32, lanes: u8, at: f64x8, found: &mut Vec<(u32, u8)>) {

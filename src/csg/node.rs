@@ -38,6 +38,8 @@ pub struct Part {
     pub row: u32,
     /// It has an inside; else only a surface (triangle, polygon, mesh without `inside_vector`).
     pub solid: bool,
+    /// It is turned inside out: its normal points the other way.
+    pub inverted: bool,
     /// Its crossings can be seen; false for what only clips.
     pub seen: bool,
     /// A stretch of [`CsgTree::constraints`].
@@ -53,6 +55,8 @@ pub struct CsgNode {
     pub kind: NodeKind,
     /// Inside and outside change places.
     pub inverted: bool,
+    /// What light meets in it; of parts, what their parent says.
+    pub interior: u32,
     /// Of its children, the first so many lend their looks to cut faces: of a difference only what is cut.
     pub cuttable: usize,
 }

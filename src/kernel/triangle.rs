@@ -132,10 +132,11 @@ fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
     // Edge k is opposite to corner k: the corner opposite to the longest edge lies between the shorter two.
     let k = (0..3).max_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).unwrap_or(0);
     let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
+    // b × a: POV-Ray's side of a triangle, which decides where an `interior_texture` is seen.
     DVec3::new(
-        difference_of_products(a.y, b.z, a.z, b.y),
-        difference_of_products(a.z, b.x, a.x, b.z),
-        difference_of_products(a.x, b.y, a.y, b.x),
+        difference_of_products(a.z, b.y, a.y, b.z),
+        difference_of_products(a.x, b.z, a.z, b.x),
+        difference_of_products(a.y, b.x, a.x, b.y),
     )
     .normalize_or_zero()
 }

@@ -34,7 +34,7 @@ impl Enclosing {
             let surface = scene.first_part + composite.parts.start;
             solids.push((scene.rank[surface as usize], COMPOSITE, number as u32, interior(surface)));
         }
-        solids.retain(|&(.., interior)| interior != 0);
+        solids.retain(|&(_, kind, _, interior)| kind == COMPOSITE || interior != 0);
         solids.sort_unstable();
         Self(solids.into_iter().map(|(_, kind, row, interior)| (kind, row, interior)).collect())
     }
@@ -55,9 +55,10 @@ impl Enclosing {
         let rays = Rays { origin: points, dir };
         let mut scratch = Scratch::default();
         for &(kind, row, interior) in &self.0 {
-            let inside = if kind == COMPOSITE {
+            let found = if kind == COMPOSITE {
                 let source = Parts { scene, left: [NO_SURFACE; LANES], part: [0; LANES] };
-                scene.csg.contains_start(&scene.csg.composites[row as usize], &rays, &source, &mut scratch)
+                let composite = &scene.csg.composites[row as usize];
+                scene.csg.interiors_at_start(composite, &rays, &source, &mut scratch)
             } else {
                 let narrow = |v: Vec3<f64x8>| {
                     Vec3::new(S::Lane::from_f64s(v.x), S::Lane::from_f64s(v.y), S::Lane::from_f64s(v.z))
@@ -66,11 +67,14 @@ impl Enclosing {
                 let surface = scene.base[usize::from(kind)] + row;
                 let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
                 let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
-                if inverse { !inside } else { inside }
+                vec![(interior, if inverse { !inside } else { inside })]
             };
-            for (k, list) in lists.iter_mut().enumerate() {
-                if inside >> k & 1 == 1 {
-                    list.push(interior);
+            for (interior, inside) in found {
+                for (k, list) in lists.iter_mut().enumerate() {
+                    // Parts of a union share one interior: it is entered once.
+                    if inside >> k & 1 == 1 && interior != 0 && !list.contains(&interior) {
+                        list.push(interior);
+                    }
                 }
             }
         }

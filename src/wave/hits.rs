@@ -79,6 +79,24 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
     all
 }
 
+/// The lanes that meet their surface from its inside.
+pub fn seen_from_inside<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+) -> u8 {
+    let along = found.normal.dot(query.rays.dir).gt(S::Lane::zero()).bits();
+    let hits = query.hits();
+    (0..LANES).filter(|k| hits >> k & 1 == 1).fold(0, |inside, k| {
+        let surface = query.surface[k];
+        let inverted = match surface.checked_sub(scene.first_part) {
+            Some(part) => scene.csg.parts[part as usize].inverted,
+            None => scene.owners[scene.owner[surface as usize] as usize].inverse,
+        };
+        inside | u8::from((along >> k & 1 == 1) != inverted) << k
+    })
+}
+
 fn cast<L: Lane>(v: Vec3<L>) -> Vec3<wide::f64x8> {
     Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
 }
@@ -123,8 +141,7 @@ impl<S: Scalar> HitList<S> {
             return;
         }
         let found = resolve(scene, query);
-        let facing = found.normal.dot(query.rays.dir);
-        let inside = facing.gt(S::Lane::zero()).bits();
+        let inside = seen_from_inside(scene, query, &found);
         let (u, v) = (found.u.to_array(), found.v.to_array());
         let (mut blends, mut cuts) = (0u8, 0u8);
         let owners = query.surface.map(|s| if s == NO_SURFACE { 0 } else { scene.owner[s as usize] });

@@ -70,7 +70,9 @@ impl LightProgram {
         let mut strength = match self.kind {
             LightKind::Point => one,
             LightKind::Spot { radius, falloff, tightness } => {
-                let q = -dir.dot(Vec3::splat(self.axis));
+                // Behind a parallel spotlight the light does not look this way, though its rays would.
+                let q = dir.dot(Vec3::splat(self.axis));
+                let q = distance.gt(L::zero()).select(-q, q);
                 let lit = q.gt(L::zero());
                 let mut s = q.max(L::zero()).pow(L::lit(tightness));
                 if radius.cos() > 0.0 {

@@ -3,7 +3,7 @@
 //! Rays are first held against everything that blocks all light, in any order. Only if the scene has see-through
 //! occluders do the survivors look for those, from surface to surface, and gather their filters.
 
-use super::hits::resolve;
+use super::hits::{resolve, seen_from_inside};
 use super::medium::Media;
 use super::queue::{ShadowQueue, gather, load, load_numbers};
 use super::shade::{NO_LIGHT, fade_over};
@@ -89,7 +89,7 @@ fn gather_filters<S: Scalar, B: Scalar>(
         }
         let found = resolve(scene, &query);
         let cos = found.normal.dot(query.rays.dir).abs();
-        let inside = found.normal.dot(query.rays.dir).gt(S::Lane::zero()).bits();
+        let inside = seen_from_inside(scene, &query, &found);
         let distance = query.t.to_array();
         let mut more = 0u8;
         for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {

@@ -51,7 +51,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     shadows: ShadowTracer<S>,
     batch: RayQueue<S>,
     reflected: RayQueue<S>,
-    refracted: RayQueue<S>,
+    /// By who sent them: camera rays and what they became, or reflected ones. Refraction does not change what a ray sees.
+    refracted: [RayQueue<S>; 2],
     shadow_queues: Vec<ShadowQueue<S>>,
     hits: HitList<S>,
     queries: Vec<Query<S::Lane>>,
@@ -76,19 +77,24 @@ where
         counts.camera += self.batch.len() as u64;
         self.wave(shared, class::CAMERA, &mut counts);
         loop {
-            // The longer queue first, from its end: deep rays before shallow ones.
-            let (mirror, through) = (self.reflected.len(), self.refracted.len());
-            let filter = if mirror >= through {
-                if mirror == 0 {
-                    break;
+            // The longest queue first, from its end: deep rays before shallow ones.
+            let lengths = [self.reflected.len(), self.refracted[0].len(), self.refracted[1].len()];
+            let longest = (0..3).max_by_key(|&k| lengths[k]).unwrap_or(0);
+            if lengths[longest] == 0 {
+                break;
+            }
+            let first = lengths[longest].saturating_sub(BATCH);
+            let filter = match longest {
+                0 => {
+                    self.reflected.split_off_into(first, &mut self.batch);
+                    counts.reflect += self.batch.len() as u64;
+                    class::REFLECTED
                 }
-                self.reflected.split_off_into(mirror.saturating_sub(BATCH), &mut self.batch);
-                counts.reflect += self.batch.len() as u64;
-                class::REFLECTED
-            } else {
-                self.refracted.split_off_into(through.saturating_sub(BATCH), &mut self.batch);
-                counts.refract += self.batch.len() as u64;
-                class::REFRACTED
+                k => {
+                    self.refracted[k - 1].split_off_into(first, &mut self.batch);
+                    counts.refract += self.batch.len() as u64;
+                    [class::CAMERA, class::REFLECTED][k - 1]
+                }
             };
             self.wave(shared, filter, &mut counts);
         }
@@ -125,7 +131,7 @@ where
         let mut emit = Emit {
             sums: &mut self.sums,
             reflected: &mut self.reflected,
-            refracted: &mut self.refracted,
+            refracted: &mut self.refracted[usize::from(filter == class::REFLECTED)],
             shadows: &mut self.shadow_queues,
             media: &mut self.media,
         };
