@@ -41,8 +41,7 @@ impl Lit {
             sum += self.highlights(finish) * light * metallic(finish.metallic, cosine, color.rgb);
         }
         if finish.irid != 0.0 {
-            let path = TAU * finish.irid_thickness * (cosine.abs() + normal.dot(view).abs());
-            sum *= 1.0 + finish.irid * (path / irid_wavelength).map(f64::cos);
+            sum *= interference(finish, cosine.abs() + normal.dot(view).abs(), irid_wavelength);
         }
         sum
     }
@@ -79,4 +78,14 @@ pub fn metallic(amount: f64, cosine: f64, color: Rgb) -> Rgb {
     let x = cosine.clamp(-1.0, 1.0).acos().abs() / FRAC_PI_2;
     let grazing = (0.014567225 / ((x - 1.12) * (x - 1.12)) - 0.011612903).clamp(0.0, 1.0);
     1.0 + amount * (1.0 - grazing) * (color - 1.0)
+}
+
+/// What thin-film interference leaves of each channel, for light that comes and goes at cosines of sum `cosines`. It
+/// multiplies mirrored light as well as direct (measured in POV-Ray 3.7).
+pub fn interference(finish: &Finish, cosines: f64, wavelength: Rgb) -> Rgb {
+    if finish.irid == 0.0 {
+        return Rgb::ONE;
+    }
+    let path = TAU * finish.irid_thickness * cosines;
+    1.0 + finish.irid * (path / wavelength).map(f64::cos)
 }

@@ -5,6 +5,7 @@ use super::light::{Arriving, arriving, is_dark};
 use super::pattern;
 use super::ray::{Departure, Ray, RayKind};
 use super::reflect::reflectivity;
+use super::surface::interference;
 use super::surface::{Lit, mirror};
 use super::trail::Face;
 use super::world::{Met, PlacedTexture, World};
@@ -131,7 +132,8 @@ impl<'w> Tracer<'w> {
             let (finish, color) = (&layer.finish, pattern::color(&layer.pigment, place));
             let ior = media.relative_ior(interior, interiors);
             let reflected = reflectivity(finish, cosine, ior, color.rgb);
-            mirrors.push((reflected.color, weight * left * reflected.weight, finish));
+            let film = interference(finish, 2.0 * cosine, self.world.scene.globals.irid_wavelength);
+            mirrors.push((reflected.color * film, weight * left * reflected.weight, finish));
             let own = finish.ambient * scene.globals.ambient_light + finish.emission;
             let mut lit = color.rgb * own * color.opacity();
             lit += self.lights(point, finish, &color, lights);

@@ -109,16 +109,14 @@ pub fn shade<S: Scalar, B: Scalar>(
 
         let mut reflectivity = None;
         if finish.reflection.is_some() {
-            let mirror = reflect_share(
-                finish,
-                &colors,
-                &hit,
-                &crossings,
-                transmitted,
-                live,
-                scene.globals.irid_wavelength,
-            );
+            let mut mirror = reflect_share(finish, &colors, &hit, &crossings, transmitted, live);
+            // What is conserved is counted without the film's interference.
             reflectivity = Some(mirror.factor);
+            if finish.irid != 0.0 {
+                let path = hit.cos * S::Lane::lit(2.0);
+                let film = interference(finish, path, scene.globals.irid_wavelength);
+                mirror.factor = mirror.factor.mul(film);
+            }
             mirrors.push(mirror);
         }
         let mut through = colors.transmittance();
@@ -329,7 +327,6 @@ fn reflect_share<'a, L: Lane>(
     crossings: &[Crossing; LANES],
     transmitted: L,
     live: Mask<L>,
-    irid_wavelength: Rgb,
 ) -> Mirror<'a, L> {
     let reflection = &finish.reflection;
     let (min, max) = (Vec3::splat(reflection.min), Vec3::splat(reflection.max));
@@ -348,9 +345,6 @@ fn reflect_share<'a, L: Lane>(
     };
     if reflection.metallic != 0.0 {
         factor = factor.mul(metal(hit.cos, colors, reflection.metallic));
-    }
-    if finish.irid != 0.0 {
-        factor = factor.mul(interference(finish, hit.cos * L::lit(2.0), irid_wavelength));
     }
     Mirror { lanes: live, factor: Vec3::select(live, factor, Vec3::lit(0.0)), weight, finish: reflection }
 }
