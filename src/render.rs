@@ -25,7 +25,7 @@ pub enum Precision {
     /// Boxes in single, surfaces in double precision.
     #[default]
     Exact,
-    /// Double precision throughout, with compensated sums.
+    /// Double precision throughout, boxes too.
     Strict,
 }
 

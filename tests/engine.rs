@@ -15,12 +15,17 @@ const WIDTH: usize = 48;
 const HEIGHT: usize = 36;
 
 fn feature_scenes() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/feature");
+    let scenes = scenes_in("feature");
+    assert!(scenes.len() >= 24);
+    scenes
+}
+
+fn scenes_in(kind: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(kind);
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut scenes: Vec<PathBuf> =
         entries.filter(|path| path.extension().is_some_and(|e| e == "scn")).collect();
     scenes.sort();
-    assert!(scenes.len() >= 24);
     scenes
 }
 
@@ -95,6 +100,20 @@ fn exact_packets_agree_with_the_oracle() {
     }
     println!("{report}");
     assert!(wrong.is_empty(), "{wrong:?} differ from the oracle:\n{report}");
+}
+
+#[test]
+fn hard_cases_look_the_same_to_packets_and_oracle() {
+    let scenes = scenes_in("hard");
+    assert!(!scenes.is_empty());
+    for path in scenes {
+        let scene = load(&path);
+        let packets = picture(&scene, Engine::Packets, Precision::Exact, 2);
+        let expected = picture(&scene, Engine::Reference, Precision::Exact, 2);
+        // Ties as above.
+        let off = differing(&packets, &expected, COLOR);
+        assert!(off <= 2, "{}: {off} pixels, worst {:.1e}", name(&path), worst(&packets, &expected));
+    }
 }
 
 fn differing(a: &Film, b: &Film, bound: f64) -> usize {

@@ -75,7 +75,7 @@ pub enum PrecisionArg {
     /// Boxes in single, surfaces in double precision
     #[default]
     Exact,
-    /// Double precision everywhere, with compensated sums
+    /// Double precision everywhere, boxes too
     Strict,
 }
 

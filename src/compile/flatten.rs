@@ -498,6 +498,7 @@ impl<S: Scalar> Pass<S> {
             kind: kind as u8,
             row: row as u32,
             solid,
+            partial_skin: kind == Kind::Torus,
             inverted: false,
             seen: true,
             constraints: 0..0,

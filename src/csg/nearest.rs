@@ -185,21 +185,11 @@ impl Along<'_> {
         let constraints =
             &self.tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
         if !part.solid {
-            // Without an inside there is no before and after: the surface is kept where the constraints hold on
-            // either side, so that a face on the rim of a clip is kept.
-            return constraints.iter().fold(!0, |valid, constraint| match constraint {
-                Constraint::Inside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
-                    let sides = self.node(node, at);
-                    valid & (sides.before | sides.after)
-                }),
-                Constraint::Outside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
-                    let sides = self.node(node, at);
-                    valid & !(sides.before & sides.after)
-                }),
-                Constraint::Inverted => valid,
-            });
+            return self.is_kept(constraints, at);
         }
         let mut own = self.part(number, at);
+        // A crossing at which nothing is entered or left: the inner skin of a spindle torus.
+        let inner = if part.partial_skin { !(own.before ^ own.after) } else { 0 };
         for constraint in constraints {
             match constraint {
                 Constraint::Inside(list, child) => {
@@ -219,7 +209,29 @@ impl Along<'_> {
                 Constraint::Inverted => own = Sides { before: !own.before, after: !own.after },
             }
         }
-        own.before ^ own.after
+        let mut surface = own.before ^ own.after;
+        if inner != 0 {
+            surface = (surface & !inner) | (self.is_kept(constraints, at) & inner);
+        }
+        surface
+    }
+
+    /// Lanes in which a surface without an inside is kept.
+    ///
+    /// Without an inside there is no before and after: the surface is kept where the constraints hold on either side, so
+    /// that a face on the rim of a clip is kept.
+    fn is_kept(&self, constraints: &[Constraint], at: f64x8) -> u8 {
+        constraints.iter().fold(!0, |valid, constraint| match constraint {
+            Constraint::Inside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+                let sides = self.node(node, at);
+                valid & (sides.before | sides.after)
+            }),
+            Constraint::Outside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+                let sides = self.node(node, at);
+                valid & !(sides.before & sides.after)
+            }),
+            Constraint::Inverted => valid,
+        })
     }
 
     fn collect_interiors(&self, number: u32, lanes: u8, found: &mut Vec<(u32, u8)>) {

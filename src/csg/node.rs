@@ -38,6 +38,8 @@ pub struct Part {
     pub row: u32,
     /// It has an inside; else only a surface (triangle, polygon, mesh without `inside_vector`).
     pub solid: bool,
+    /// It has surfaces at which nothing is entered or left.
+    pub partial_skin: bool,
     /// It is turned inside out: its normal points the other way.
     pub inverted: bool,
     /// Its crossings can be seen; false for what only clips.
