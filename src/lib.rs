@@ -6,6 +6,9 @@
 //! ties them, [`image_io`] writes and reads pictures, [`compare`](mod@compare) says how far two of them are apart.
 #![forbid(unsafe_code)]
 
+// What pest's derive names where pest goes without `std`.
+extern crate alloc;
+
 pub mod bvh;
 pub mod compare;
 pub mod compile;

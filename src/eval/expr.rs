@@ -46,13 +46,44 @@ impl Machine<'_> {
     }
 
     /// Sums of products.
+    #[inline]
     pub fn expr(&mut self) -> Res<Num> {
+        if let Some(value) = self.literal() {
+            return Ok(value);
+        }
         let first = self.factor()?;
         self.expr_from(first)
     }
 
+    /// The next token, if it is a number or vector that is a whole expression because no operator or directive follows.
+    /// Nothing but speed: data is mostly this.
+    #[inline]
+    fn literal(&mut self) -> Option<Num> {
+        let (program, at) = self.raw_position()?;
+        let program = &self.programs[program as usize];
+        use Mark::{CloseBrace, CloseBracket, CloseParen, Comma, Greater, Semicolon};
+        let Token::Mark(Comma | CloseBrace | CloseBracket | CloseParen | Greater | Semicolon) =
+            program.tokens.get(at as usize + 1)?
+        else {
+            return None;
+        };
+        let value = match program.tokens[at as usize] {
+            Token::Number(value) => Num::float(value),
+            Token::Vector(first, 3) => {
+                let v = &program.numbers[first as usize..][..3];
+                Num { n: 3, v: [v[0], v[1], v[2], 0.0, 0.0] }
+            }
+            _ => return None,
+        };
+        self.take_raw();
+        Some(value)
+    }
+
     /// The rest of an expression whose first factor has been read.
     pub fn expr_from(&mut self, first: Num) -> Res<Num> {
+        // Most values stand alone.
+        use Mark::{Dot, Minus, Plus, Slash, Star};
+        let Token::Mark(Dot | Star | Slash | Plus | Minus) = self.peek_operator()? else { return Ok(first) };
         let mut sum = self.term_from(first)?;
         loop {
             let Token::Mark(mark @ (Mark::Plus | Mark::Minus)) = self.peek_operator()? else {

@@ -221,6 +221,26 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// Where the next token of the innermost text stands, if none has been looked at yet.
+    #[inline]
+    pub fn raw_position(&self) -> Option<(u32, u32)> {
+        match self.peeked {
+            Some(_) => None,
+            None => self.frames.last().map(|frame| (frame.program, frame.next)),
+        }
+    }
+
+    /// Takes the token at [`Machine::raw_position`], which is neither a directive, a name nor a bracket.
+    #[inline]
+    pub fn take_raw(&mut self) {
+        if let Some(frame) = self.frames.last_mut() {
+            let token = self.programs[frame.program as usize].tokens[frame.next as usize];
+            self.last = Lexeme { token, program: frame.program, index: frame.next };
+            frame.next += 1;
+            self.steps += 1;
+        }
+    }
+
     /// The next token of the innermost text as it stands; no directive is carried out.
     pub fn peek_raw(&self) -> Token {
         match (self.peeked, self.frames.last()) {

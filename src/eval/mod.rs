@@ -3,6 +3,12 @@
 //! In come a file (or a text), a library path and values from outside ([`Options`]); out goes the plain description that
 //! renderers read, with everything there is to say about the text ([`Evaluation`]). Knows the language's values,
 //! directives and objects; does not know how a picture is traced. Reads only the files that the scene names.
+//!
+//! ```
+//! let done = octray::eval::from_text("ball.scn", "sphere { <0, 1, 5>, 1 pigment { rgb 1 } }", &Default::default());
+//! assert!(!done.has_errors());
+//! assert_eq!(done.scene.objects.len(), 1);
+//! ```
 
 mod builtin;
 mod camera;

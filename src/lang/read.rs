@@ -14,18 +14,25 @@ pub fn read(file: FileId, text: &str, symbols: &mut Symbols) -> Result<Program, 
     let mut program = Program { file: Some(file), ..Program::default() };
     let mut at = 0;
     while at < text.len() {
-        // A few dozen lines at a time: pest keeps about 100 bytes a token until a parse is done.
+        // A few dozen lines at a time: pest keeps about 100 bytes a token until a parse is done. A chunk ends
+        // before a block comment at the latest.
         let rest = &text[at..];
-        let Some(chunk) = SceneParser::parse(Rule::chunk, rest).ok().and_then(|mut pairs| pairs.next())
+        let parsed =
+            SceneParser::parse(Rule::chunk, rest).or_else(|_| SceneParser::parse(Rule::block_comment, rest));
+        let Some(pair) =
+            parsed.ok().and_then(|mut pairs| pairs.next()).filter(|pair| !pair.as_str().is_empty())
         else {
-            break;
+            let start = at as u32;
+            let here = super::Span { file, start, end: start + 1 };
+            return Err(vec![Diagnostic::error("this text cannot be read", here)]);
         };
-        let len = chunk.as_span().end();
-        for pair in chunk.into_inner() {
+        let len = pair.as_span().end();
+        if pair.as_rule() == Rule::chunk {
+            for pair in pair.into_inner() {
+                take(pair, at as u32, &mut program, symbols);
+            }
+        } else {
             take(pair, at as u32, &mut program, symbols);
-        }
-        if len == 0 {
-            break;
         }
         at += len;
     }
@@ -88,4 +95,68 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
 
 fn number(text: &str) -> f64 {
     text.parse().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lang::Directive;
+
+    fn tokens(text: &str) -> Vec<Token> {
+        let program = read(FileId(0), text, &mut Symbols::default()).expect("nesting is right");
+        assert_eq!(program.tokens.len(), program.places.len());
+        program.tokens
+    }
+
+    #[test]
+    fn numbers_have_every_form() {
+        for (text, value) in
+            [("1", 1.0), ("1.", 1.0), (".5", 0.5), ("1e3", 1e3), ("1.5E-2", 1.5e-2), ("1.e5", 1e5)]
+        {
+            assert_eq!(tokens(text), [Token::Number(value), Token::End], "{text}");
+        }
+        // No exponent without digits.
+        assert_eq!(tokens("1e").len(), 3);
+    }
+
+    #[test]
+    fn vectors_of_numbers_are_one_token() {
+        assert_eq!(tokens("<1, -2.5,\n 3>"), [Token::Vector(0, 3), Token::End]);
+        assert_eq!(tokens("<1, 2> <3, 4>"), [Token::Vector(0, 2), Token::Vector(2, 2), Token::End]);
+        for text in ["<1 2 3>", "<1, x, 3>", "<1>", "<1, 2,>", "(a < 1, 2"] {
+            assert!(!tokens(text).iter().any(|t| matches!(t, Token::Vector(..))), "{text}");
+        }
+    }
+
+    #[test]
+    fn blanks_and_comments_are_nothing() {
+        for text in ["", " \t\r\n", "// x", "/* a /* b */ c */", "\u{feff}", "/**/", "/***/", "//\r//\n"] {
+            assert_eq!(tokens(text), [Token::End], "{text:?}");
+        }
+        assert_eq!(tokens("/* /* */"), [Token::BrokenComment, Token::End]);
+        assert_eq!(
+            tokens("4/2"),
+            [Token::Number(4.0), Token::Mark(Mark::Slash), Token::Number(2.0), Token::End]
+        );
+    }
+
+    #[test]
+    fn directives_know_where_to_go_on() {
+        let jumps: Vec<_> = tokens("# if #else # \n end #while #break #end")
+            .into_iter()
+            .filter_map(|t| if let Token::Directive(d, jump) = t { Some((d, jump)) } else { None })
+            .collect();
+        use Directive::*;
+        let expected = [(If, 1), (Else, 2), (EndBranch, 0), (While, 5), (Break, 5), (EndWhile, 3)];
+        assert_eq!(jumps, expected);
+    }
+
+    #[test]
+    fn places_are_byte_ranges_of_the_text() {
+        let text = "sphere /* é */ { <0, 1, 2>, R }";
+        let program = read(FileId(0), text, &mut Symbols::default()).expect("no directives");
+        let parts: Vec<_> =
+            program.places.iter().map(|&(at, len)| &text[at as usize..(at + len) as usize]).collect();
+        assert_eq!(parts, ["sphere", "{", "<0, 1, 2>", ",", "R", "}", ""]);
+    }
 }
