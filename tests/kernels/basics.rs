@@ -70,7 +70,8 @@ fn shapes<S: Scalar>() {
     let corners = [DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
     let mut triangles = Triangles::<S>::default();
     triangles.push(corners);
-    check(&triangles, down_z, &[4.0], [0.0, 0.0, 1.0], 0);
+    // POV-Ray's side of a triangle: the one from which its corners go round the other way.
+    check(&triangles, down_z, &[4.0], [0.0, 0.0, -1.0], 0);
     let s = surface(&triangles, &ray(down_z.0, down_z.1), 4.0);
     assert_eq!([s.u, s.v].map(|x| x.to_array()[0].to_f64()), [0.25, 0.5]);
 
