@@ -112,3 +112,66 @@ pub fn fade(interior: &Interior, distance: f64) -> Rgb {
 pub fn shadow_fade(interior: &Interior, distance: f64) -> Rgb {
     if interior.fade_power > 0.0 { fade(interior, distance) } else { Rgb::ONE }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    const WATER: InteriorId = InteriorId(0);
+    const GLASS: InteriorId = InteriorId(1);
+
+    fn interiors() -> [Arc<Interior>; 2] {
+        [1.33, 1.5].map(|ior| Arc::new(Interior { ior, ..Interior::default() }))
+    }
+
+    /// The ratios met on the way through surfaces in this order, and whether it ends in air.
+    fn through(surfaces: &[InteriorId]) -> (Vec<f64>, bool) {
+        let mut media = Media::default();
+        let mut ratios = Vec::new();
+        for &id in surfaces {
+            let passage = media.pass(id, &interiors());
+            ratios.push(passage.eta);
+            media = passage.media;
+        }
+        (ratios, media.last().is_none())
+    }
+
+    #[test]
+    fn nested_and_overlapping_interiors() {
+        assert_eq!(through(&[WATER, WATER]), (vec![1.0 / 1.33, 1.33], true));
+        assert_eq!(
+            through(&[WATER, GLASS, GLASS, WATER]),
+            (vec![1.0 / 1.33, 1.33 / 1.5, 1.5 / 1.33, 1.33], true)
+        );
+        // Leaving the water while still in the glass bends nothing; the glass ends in air.
+        assert_eq!(through(&[WATER, GLASS, WATER, GLASS]), (vec![1.0 / 1.33, 1.33 / 1.5, 1.0, 1.5], true));
+    }
+
+    #[test]
+    fn fresnel_asks_for_the_far_side_over_the_near_side() {
+        let mut media = Media::default();
+        assert_eq!(media.relative_ior(GLASS, &interiors()), 1.5);
+        media.enter_once(GLASS);
+        assert_eq!(media.relative_ior(GLASS, &interiors()), 1.0 / 1.5);
+        media.enter_once(WATER);
+        assert_eq!(media.relative_ior(GLASS, &interiors()), 1.33 / 1.5);
+    }
+
+    #[test]
+    fn bends_by_snell_up_to_the_critical_angle() {
+        let passage = |eta| Passage { media: Media::default(), eta };
+        let incoming = |sine: f64| DVec3::new(sine, 0.0, (1.0 - sine * sine).sqrt());
+        let bent = passage(1.0 / 1.5).bend(incoming(0.6), DVec3::NEG_Z).unwrap();
+        assert!((bent.x - 0.4).abs() < 1e-15, "{bent}");
+        assert!(passage(1.5).bend(incoming(2.0 / 3.0 - 1e-15), DVec3::NEG_Z).is_some());
+        assert!(passage(1.5).bend(incoming(2.0 / 3.0 + 1e-15), DVec3::NEG_Z).is_none());
+    }
+
+    #[test]
+    fn one_is_straight_to_ten_digits() {
+        for (eta, straight) in [(1.0, true), (1.0 + 1e-11, true), (1.0 - 1e-9, false)] {
+            assert_eq!(Passage { media: Media::default(), eta }.is_straight(), straight);
+        }
+    }
+}

@@ -84,3 +84,59 @@ fn fading(light: &Light, distance: f64) -> f64 {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Fade;
+
+    /// At height 4, looking down.
+    fn light(kind: LightKind) -> Light {
+        Light {
+            location: DVec3::Y * 4.0,
+            color: Rgb::ONE,
+            kind,
+            point_at: DVec3::ZERO,
+            parallel: false,
+            shadowless: false,
+            fade: None,
+        }
+    }
+
+    /// What arrives on the ground at `x`.
+    fn at(light: &Light, x: f64) -> f64 {
+        arriving(light, DVec3::X * x).map_or(0.0, |arriving| arriving.color.x)
+    }
+
+    #[test]
+    fn spot_is_full_within_its_radius_and_dark_beyond_its_falloff() {
+        let (full, none) = (0.8f64.acos(), 0.6f64.acos());
+        let spot = light(LightKind::Spot { radius: full, falloff: none, tightness: 2.0 });
+        assert_eq!(at(&spot, 0.0), 1.0);
+        // Cosine 0.8 at the rim of the full light.
+        assert!((at(&spot, 3.0 - 1e-9) - 0.64).abs() < 1e-9);
+        // Half way between the cosines the smooth step is a half.
+        let between = 4.0 * (1.0f64 / 0.49 - 1.0).sqrt();
+        assert!((at(&spot, between) - 0.5 * 0.49).abs() < 1e-12);
+        assert_eq!(at(&spot, 5.34), 0.0);
+        assert!(arriving(&spot, DVec3::Y * 5.0).is_none(), "behind the spot");
+    }
+
+    #[test]
+    fn cylinder_is_measured_across_its_axis() {
+        let beam = light(LightKind::Cylinder { radius: 1.0, falloff: 3.0, tightness: 1.0 });
+        for (x, expected) in [(0.0, 1.0), (0.9, 0.7), (2.0, 1.0 / 3.0 * 0.5), (3.0, 0.0)] {
+            assert!((at(&beam, x) - expected).abs() < 1e-12, "at {x}: {}", at(&beam, x));
+        }
+        let arriving = arriving(&beam, DVec3::new(0.5, 1.0, 0.0)).unwrap();
+        assert_eq!((arriving.toward, arriving.distance), (DVec3::Y, 3.0));
+    }
+
+    #[test]
+    fn fading_is_one_at_its_distance_and_two_at_most() {
+        let mut point = light(LightKind::Point);
+        point.fade = Some(Fade { distance: 5.0, power: 2.0 });
+        assert!((at(&point, 3.0) - 1.0).abs() < 1e-15);
+        assert!((at(&point, 0.0) - 2.0 / (1.0 + 0.64)).abs() < 1e-15);
+    }
+}

@@ -5,9 +5,9 @@
 //! at the depth limit. It shares nothing with the packet engine but the scene description, and knows no lanes, trees or
 //! queues: where the two disagree, the one that is easy to read is believed.
 //!
-//! In reading order: [`camera`] makes rays; [`world`] resolves the scene into a tree of leaves; [`shape`] crosses a line
-//! with one shape and [`trail`] with a composite; [`trace`] follows a ray; [`light`], [`surface`], [`reflect`],
-//! [`interior`] and [`pattern`] say what it sees.
+//! In reading order: `camera` makes rays; `world` resolves the scene into a tree of leaves; `shape` crosses a line with
+//! one shape and `trail` with a composite; `trace` follows a ray; `light`, `surface`, `reflect`, `interior` and `pattern`
+//! say what it sees.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)`: NaN fails")]
 

@@ -48,7 +48,7 @@ fn is_brick(p: DVec3, size: DVec3, mortar: f64) -> bool {
     fraction(x) > joint.x && fraction(z) > joint.z
 }
 
-/// Hexagons of width 1 about the origin, three colours, no two alike touching.
+/// Hexagons of side 1, one about the origin, three colours, no two alike touching.
 ///
 /// The plane is cut into cells half a hexagon's side wide and half its height high, which repeat after six each way; in every
 /// third column of cells a diagonal divides two hexagons.
@@ -120,4 +120,73 @@ fn look_up(map: &ColorMap, v: f64) -> Color {
     }
     let (from_place, from) = map.entries[i - 1];
     from.lerp(&color, (v - from_place) / (place - from_place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checker_changes_at_every_face_and_has_one_colour_in_a_face() {
+        let at = |x: f64, y: f64, z: f64| block(&BlockPattern::Checker, DVec3::new(x, y, z));
+        assert_eq!(
+            [at(0.5, 0.5, 0.5), at(1.5, 0.5, 0.5), at(-0.5, 0.5, 0.5), at(-0.5, -0.5, 0.5)],
+            [0, 1, 1, 0]
+        );
+        // A plane exactly between two layers of cubes belongs to the upper one, rounded a little or not.
+        assert_eq!([at(0.5, 1.0, 0.5), at(0.5, 1.0 - 1e-16, 0.5), at(0.5, 1.0 - 1e-9, 0.5)], [1, 1, 0]);
+    }
+
+    #[test]
+    fn hexagons_turn_about_the_origin_s() {
+        // The middles of the hexagon about the origin and of its six neighbours, going round: no two neighbours alike.
+        let middles = (0..6).map(|i| (30.0 + 60.0 * i as f64).to_radians().sin_cos());
+        let around: Vec<_> = middles.map(|(s, c)| hexagon(3f64.sqrt() * c, 3f64.sqrt() * s)).collect();
+        assert_eq!(hexagon(0.0, 0.0), 0);
+        for i in 0..6 {
+            assert!(around[i] != 0 && around[i] != around[(i + 1) % 6], "{around:?}");
+        }
+    }
+
+    #[test]
+    fn bricks_lie_in_courses_set_off_by_half() {
+        let at =
+            |x: f64, y: f64| usize::from(is_brick(DVec3::new(x, y, 1.0), DVec3::new(8.0, 3.0, 4.5), 0.5));
+        // Along the middle of a course a joint comes once in 8, in the next course 4 further on.
+        let joints = |y: f64| (0..16i32).filter(|&i| at(0.75 + f64::from(i), y) == 0).collect::<Vec<_>>();
+        let (first, second) = (joints(1.0), joints(4.0));
+        assert!(!first.is_empty() && first.len() == second.len());
+        assert!(first.iter().zip(&second).all(|(a, b)| a.abs_diff(*b) == 4), "{first:?} {second:?}");
+    }
+
+    #[test]
+    fn waves_have_their_shapes() {
+        for (wave, quarter, three_quarters) in [
+            (Wave::Ramp, 0.25, 0.75),
+            (Wave::Triangle, 0.5, 0.5),
+            (Wave::Sine, 1.0, 0.0),
+            (Wave::Scallop, 0.5f64.sqrt(), 0.5f64.sqrt()),
+            (Wave::Cubic, 0.15625, 0.84375),
+            (Wave::Poly(2.0), 0.0625, 0.5625),
+        ] {
+            assert!((shape(wave, 0.25) - quarter).abs() < 1e-15, "{wave:?}");
+            assert!((shape(wave, -0.25) - three_quarters).abs() < 1e-15, "{wave:?}");
+        }
+        // 1 is not wrapped to 0.
+        assert_eq!(shape(Wave::Ramp, 1.0), 1.0);
+    }
+
+    #[test]
+    fn map_is_linear_with_jumps_and_level_ends() {
+        let grey = |v: f64| Color::opaque(v, v, v);
+        let map = ColorMap {
+            entries: vec![(0.2, grey(0.0)), (0.5, grey(0.6)), (0.5, grey(0.1)), (0.8, grey(1.0))],
+        };
+        for (v, expected) in
+            [(0.0, 0.0), (0.2, 0.0), (0.3, 0.2), (0.5, 0.6), (0.65, 0.55), (0.8, 1.0), (0.9, 1.0)]
+        {
+            assert!((look_up(&map, v).rgb.x - expected).abs() < 1e-15, "at {v}");
+        }
+        assert_eq!(look_up(&ColorMap::default(), 0.5), Color::default());
+    }
 }

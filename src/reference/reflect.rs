@@ -42,3 +42,38 @@ fn fresnel(cosine: f64, ior: f64) -> Option<f64> {
     let ratio = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
     Some((0.5 * perpendicular * perpendicular * (1.0 + ratio * ratio)).clamp(0.0, 1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Reflection;
+
+    fn at(fresnel: bool, cosine: f64, ior: f64) -> f64 {
+        let reflection = Reflection { max: Rgb::ONE, fresnel, falloff: 2.0, ..Reflection::default() };
+        let finish = Finish { reflection, ..Finish::default() };
+        reflectivity(&finish, cosine, ior, Rgb::ONE).color.x
+    }
+
+    #[test]
+    fn glass_mirrors_four_per_cent_head_on_and_all_at_grazing() {
+        for ior in [1.5, 1.0 / 1.5] {
+            assert!((at(true, 1.0, ior) - 0.04).abs() < 1e-15);
+        }
+        assert!((at(true, 0.0, 1.5) - 1.0).abs() < 1e-15);
+        assert_eq!(at(true, 1.0, 1.0), 0.0);
+    }
+
+    #[test]
+    fn beyond_the_critical_angle_all_is_mirrored() {
+        let critical = (1.0 - (2.0f64 / 3.0).powi(2)).sqrt();
+        assert!(at(true, critical + 1e-3, 1.0 / 1.5) < 1.0);
+        assert_eq!(at(true, critical - 1e-3, 1.0 / 1.5), 1.0);
+    }
+
+    #[test]
+    fn without_fresnel_the_falloff_leads_from_min_to_max() {
+        for (cosine, expected) in [(1.0, 0.0), (0.5, 0.25), (0.0, 1.0)] {
+            assert_eq!(at(false, cosine, 1.5), expected);
+        }
+    }
+}

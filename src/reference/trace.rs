@@ -10,7 +10,7 @@ use super::surface::{Lit, mirror};
 use super::trail::Face;
 use super::world::{Met, PlacedTexture, World};
 use crate::film::{Pixel, RayCounts};
-use crate::scene::{Finish, Rgb};
+use crate::scene::{Color, Finish, Layer, Rgb};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -165,13 +165,7 @@ impl<'w> Tracer<'w> {
     }
 
     /// What a surface shows of all lights. `arrived` keeps what gets through to this point, for the other layers.
-    fn lights(
-        &mut self,
-        point: &Point,
-        finish: &Finish,
-        color: &crate::scene::Color,
-        arrived: &mut [Option<Rgb>],
-    ) -> Rgb {
+    fn lights(&mut self, point: &Point, finish: &Finish, color: &Color, arrived: &mut [Option<Rgb>]) -> Rgb {
         if finish.diffuse == 0.0
             && finish.diffuse_back == 0.0
             && finish.specular == 0.0
@@ -235,9 +229,7 @@ impl<'w> Tracer<'w> {
         for (share, texture) in self.world.textures(met, ray) {
             let place = texture.from_world.point(met.face.point);
             let layers = texture.texture.layers.iter();
-            let through = |layer: &crate::scene::Layer| {
-                pattern::color(&layer.pigment, place).transmittance() * caustics
-            };
+            let through = |layer: &Layer| pattern::color(&layer.pigment, place).transmittance() * caustics;
             sum += share * layers.map(through).fold(Rgb::ONE, |product, layer| product * layer);
         }
         if media.contains(id) { sum * shadow_fade(interior, met.t) } else { sum }
