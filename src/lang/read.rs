@@ -1,6 +1,6 @@
 //! Text to [`Program`], by the grammar.
 
-use super::{Diagnostic, FileId, Keyword, Mark, Program, Symbols, Token, nest::nest};
+use super::{Diagnostic, FileId, Keyword, Mark, Program, Symbols, Token, data::scan, nest::nest};
 use pest::Parser;
 use pest::iterators::Pair;
 
@@ -14,11 +14,16 @@ pub fn read(file: FileId, text: &str, symbols: &mut Symbols) -> Result<Program, 
     let mut program = Program { file: Some(file), ..Program::default() };
     let mut at = 0;
     while at < text.len() {
+        let data = scan(text, at, &mut program);
+        if data > at {
+            at = data;
+            continue;
+        }
         // A few dozen lines at a time: pest keeps about 100 bytes a token until a parse is done. A chunk ends
-        // before a block comment at the latest.
+        // before a block comment or data at the latest.
         let rest = &text[at..];
-        let parsed =
-            SceneParser::parse(Rule::chunk, rest).or_else(|_| SceneParser::parse(Rule::block_comment, rest));
+        let rule = if rest.starts_with("/*") { Rule::block_comment } else { Rule::chunk };
+        let parsed = SceneParser::parse(rule, rest);
         let Some(pair) =
             parsed.ok().and_then(|mut pairs| pairs.next()).filter(|pair| !pair.as_str().is_empty())
         else {
@@ -47,18 +52,20 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
     let span = pair.as_span();
     let text = span.as_str();
     let token = match pair.as_rule() {
-        Rule::number => Token::Number(number(text)),
+        Rule::number => Token::Number(text.parse().unwrap_or(f64::NAN)),
         Rule::word => match Keyword::from_text(text) {
             Some(keyword) => Token::Word(keyword),
             None => Token::Name(symbols.intern(text)),
         },
-        Rule::mark => match Mark::from_text(text) {
+        Rule::mark | Rule::bracket | Rule::data_mark => match Mark::from_text(text) {
             Some(mark) => Token::Mark(mark),
             None => Token::Junk(text.chars().next().unwrap_or(' ')),
         },
         Rule::vector => {
             let first = program.numbers.len();
-            program.numbers.extend(pair.into_inner().map(|component| number(component.as_str())));
+            let components =
+                pair.into_inner().map(|component| component.as_str().parse().unwrap_or(f64::NAN));
+            program.numbers.extend(components);
             // Longer than any vector or polynomial; the evaluator says that it is too long.
             let count = (program.numbers.len() - first).min(usize::from(u16::MAX));
             Token::Vector(first as u32, count as u16)
@@ -93,10 +100,6 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
     program.places.push((base + span.start() as u32, len));
 }
 
-fn number(text: &str) -> f64 {
-    text.parse().unwrap_or(f64::NAN)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +128,31 @@ mod tests {
         assert_eq!(tokens("<1, 2> <3, 4>"), [Token::Vector(0, 2), Token::Vector(2, 2), Token::End]);
         for text in ["<1 2 3>", "<1, x, 3>", "<1>", "<1, 2,>", "(a < 1, 2"] {
             assert!(!tokens(text).iter().any(|t| matches!(t, Token::Vector(..))), "{text}");
+        }
+    }
+
+    /// What the grammar's `data` makes of the beginning of a text: tokens, places, numbers, and where it ends.
+    fn data_by_grammar(text: &str) -> (Program, usize) {
+        let mut program = Program::default();
+        let pair = SceneParser::parse(Rule::data, text).expect("may be empty").next().expect("one rule");
+        let end = pair.as_span().end();
+        pair.into_inner().for_each(|pair| take(pair, 0, &mut program, &mut Symbols::default()));
+        (program, end)
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(2000))]
+        #[test]
+        fn data_are_scanned_as_the_grammar_says(
+            text in "([<>{},.+/ex \\n-]|[0-9]{1,3}|<-?[0-9]{1,2}, ?-?[0-9]{0,2}\\.?[0-9]{0,18}(e-?[0-9]{1,3})?>){0,40}"
+        ) {
+            let (expected, end) = data_by_grammar(&text);
+            let mut found = Program::default();
+            proptest::prop_assert_eq!(scan(&text, 0, &mut found), end);
+            proptest::prop_assert_eq!(&found.tokens, &expected.tokens);
+            proptest::prop_assert_eq!(&found.places, &expected.places);
+            let bits = |program: &Program| program.numbers.iter().map(|n| n.to_bits()).collect::<Vec<_>>();
+            proptest::prop_assert_eq!(bits(&found), bits(&expected));
         }
     }
 

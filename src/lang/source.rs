@@ -1,7 +1,7 @@
 //! The texts that diagnostics point into.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Index of a file in its [`SourceMap`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -39,7 +39,18 @@ pub struct SourceFile {
     pub path: Option<PathBuf>,
     /// With line ends as `\n` and without a byte order mark.
     pub text: Arc<str>,
-    line_starts: Vec<u32>,
+    /// Found when a diagnostic first asks.
+    line_starts: OnceLock<Vec<u32>>,
+}
+
+impl SourceFile {
+    /// The first byte of every line.
+    fn line_starts(&self) -> &[u32] {
+        self.line_starts.get_or_init(|| {
+            let ends = self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+            std::iter::once(0).chain(ends.map(|(i, _)| i as u32 + 1)).collect()
+        })
+    }
 }
 
 /// Every text of one evaluation, in order of reading.
@@ -61,8 +72,7 @@ impl SourceMap {
         } else {
             text.into()
         };
-        let starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1);
-        let line_starts = std::iter::once(0).chain(starts).collect();
+        let line_starts = OnceLock::new();
         self.files.push(SourceFile { name: name.into(), path: path.map(Into::into), text, line_starts });
         FileId(self.files.len() as u32 - 1)
     }
@@ -80,8 +90,8 @@ impl SourceMap {
     /// Line and column, both from 1, of a span's first character; columns count characters.
     pub fn position(&self, span: Span) -> (usize, usize) {
         let file = self.file(span.file);
-        let line = file.line_starts.partition_point(|&start| start <= span.start);
-        let start = file.line_starts[line - 1] as usize;
+        let line = file.line_starts().partition_point(|&start| start <= span.start);
+        let start = file.line_starts()[line - 1] as usize;
         (line, file.text[start..span.start as usize].chars().count() + 1)
     }
 
@@ -94,10 +104,10 @@ impl SourceMap {
     /// number of its first line.
     pub(crate) fn lines_around(&self, span: Span, context: usize) -> (std::ops::Range<usize>, usize) {
         let file = self.file(span.file);
-        let line_of = |byte: u32| file.line_starts.partition_point(|&start| start <= byte) - 1;
+        let line_of = |byte: u32| file.line_starts().partition_point(|&start| start <= byte) - 1;
         let first = line_of(span.start).saturating_sub(context);
         let last = line_of(span.end.max(span.start + 1) - 1) + context;
-        let end = file.line_starts.get(last + 1).map_or(file.text.len(), |&start| start as usize - 1);
-        (file.line_starts[first] as usize..end, first + 1)
+        let end = file.line_starts().get(last + 1).map_or(file.text.len(), |&start| start as usize - 1);
+        (file.line_starts()[first] as usize..end, first + 1)
     }
 }
