@@ -1,7 +1,8 @@
-//! `octray check`: reads scenes and tells what is wrong with them.
+//! `octray check`: reads scenes and tells what is wrong with them, and what of them octray does not render.
 
 use super::Failure;
-use super::scene::{SceneArgs, evaluate, plural, print_messages};
+use super::scene::{SceneArgs, options, plural, print_messages};
+use octray::eval::{Effect, Evaluation};
 use octray::lang::Severity;
 use octray::render::{RenderOptions, shape_counts};
 use std::path::PathBuf;
@@ -18,12 +19,15 @@ pub struct Args {
     short: bool,
 }
 
-/// Diagnostics go to the standard error stream, one line per good scene to the standard output.
+/// Diagnostics go to the standard error stream. To the standard output go, for each good scene, one line, and one for each
+/// feature that `octray render` would refuse or ignore: that makes no scene a bad one.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let size = RenderOptions::default();
     let mut all_good = true;
     for path in &args.scenes {
-        let found = evaluate(path, &args.scene, (size.width, size.height));
+        let options =
+            octray::eval::Options { list_missing: true, ..options(&args.scene, (size.width, size.height)) };
+        let found = octray::eval::load(path, &options);
         if args.short {
             found.diagnostics.iter().for_each(|d| eprintln!("{}", d.short(&found.sources)));
         } else {
@@ -38,6 +42,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lights = plural(found.scene.lights.len(), "light");
         let warnings = plural(found.count(Severity::Warning), "warning");
         println!("{}: no errors, {warnings}; {lights}, shapes: {}", path.display(), shapes.join(", "));
+        print_missing(&found);
     }
     if all_good { Ok(()) } else { Err(Failure::Scene) }
+}
+
+/// `refused: blob (3 places, the first at ball.scn:12:3)`
+fn print_missing(found: &Evaluation) {
+    for missing in &found.missing {
+        let effect = match missing.effect {
+            Effect::Refused => "refused",
+            Effect::Ignored => "ignored",
+        };
+        let (line, column) = found.sources.position(missing.first);
+        let name = &found.sources.file(missing.first.file).name;
+        let places = match missing.places {
+            1 => "at".to_string(),
+            places => format!("{places} places, the first at"),
+        };
+        println!("  {effect}: {} ({places} {name}:{line}:{column})", missing.feature);
+    }
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// What scenes are told from outside.
 #[derive(Debug, clap::Args)]
 pub struct SceneArgs {
-    /// Look for included files here too, after the scene's own folder; may be given several times
+    /// Look for included files here too, after the scene's own folder and before an installed POV-Ray's; may be given several times
     #[arg(short = 'L', long = "library-path", value_name = "DIR")]
     pub library_paths: Vec<PathBuf>,
     /// Declare an identifier before the scene begins: a number, or any other text as a string; may be given several times
@@ -22,6 +22,9 @@ pub struct SceneArgs {
     /// Leave out what octray does not model yet, with a warning, instead of refusing the scene
     #[arg(long)]
     pub allow_missing: bool,
+    /// Let the scene's #fopen write in and below this folder; may be given several times
+    #[arg(long = "allow-write", value_name = "DIR")]
+    pub write_paths: Vec<PathBuf>,
 }
 
 /// Reads a scene and prints its diagnostics, and unless `quiet` what its `#debug` and `#warning` write, to the
@@ -33,17 +36,34 @@ pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) ->
 }
 
 /// Reads a scene and says nothing.
-pub fn evaluate(path: &Path, args: &SceneArgs, (image_width, image_height): (usize, usize)) -> Evaluation {
-    let options = eval::Options {
+pub fn evaluate(path: &Path, args: &SceneArgs, size: (usize, usize)) -> Evaluation {
+    eval::load(path, &options(args, size))
+}
+
+/// What the arguments tell a scene.
+pub fn options(args: &SceneArgs, (image_width, image_height): (usize, usize)) -> eval::Options {
+    eval::Options {
         declares: args.declares.clone(),
         clock: args.clock,
         image_width,
         image_height,
-        library_paths: args.library_paths.clone(),
+        library_paths: args.library_paths.iter().cloned().chain(standard_includes()).collect(),
         allow_missing: args.allow_missing,
+        write_paths: args.write_paths.clone(),
         ..eval::Options::default()
-    };
-    eval::load(path, &options)
+    }
+}
+
+/// Folders where an installed POV-Ray keeps its includes, as far as they are there.
+fn standard_includes() -> impl Iterator<Item = PathBuf> {
+    const USUAL: [&str; 5] = [
+        "/usr/share/povray-3.7/include",
+        "/usr/local/share/povray-3.7/include",
+        "/usr/share/povray/include",
+        "/opt/homebrew/share/povray-3.7/include",
+        "/opt/local/share/povray-3.7/include",
+    ];
+    USUAL.into_iter().map(PathBuf::from).filter(|path| path.is_dir())
 }
 
 /// Prints diagnostics in rustc's form, and a line that counts them. Warnings and the script's own streams are left out

@@ -76,7 +76,7 @@ impl Machine<'_> {
                 let declared = match self.peek()? {
                     Token::Name(symbol) => {
                         self.next()?;
-                        self.scopes.get(symbol).is_some()
+                        self.is_there(self.scopes.get(symbol))
                     }
                     _ => self.rvalue().map(|_| true)?,
                 };

@@ -20,6 +20,8 @@ pub(super) struct CameraSpec {
     /// `right` or `up` was given.
     axes_given: bool,
     transform: Transform,
+    /// A kind of camera that is not modelled: its angle may be a full turn.
+    foreign: bool,
     pub lacks: Lacks,
 }
 
@@ -37,6 +39,7 @@ impl Default for CameraSpec {
             angle_deg: None,
             axes_given: false,
             transform: Transform::IDENTITY,
+            foreign: false,
             lacks: Lacks::default(),
         }
     }
@@ -113,12 +116,18 @@ impl Machine<'_> {
             }
             K::Fisheye | K::UltraWideAngle | K::Omnimax | K::Panoramic | K::Spherical | K::MeshCamera => {
                 self.next()?;
-                spec.lacks.add(&self.lack_with_block(word, at)?);
+                spec.foreign = true;
+                let lacks = self.lack(format!("camera {{ {} }}", word.text()), at);
+                if word == K::MeshCamera {
+                    self.block_left_out(word.text())?;
+                }
+                spec.lacks.add(&lacks);
             }
             K::Cylinder => {
                 self.next()?;
                 self.float()?;
-                spec.lacks.add(&self.lack("cylinder camera", at));
+                spec.foreign = true;
+                spec.lacks.add(&self.lack("camera { cylinder }", at));
             }
             K::Aperture => {
                 self.next()?;
@@ -152,7 +161,7 @@ impl Machine<'_> {
     pub fn finish_camera(&mut self, spec: &CameraSpec, at: super::machine::Lexeme) -> Res<Camera> {
         let CameraSpec { projection, location, mut direction, mut right, mut up, .. } = *spec;
         if let Some(angle) = spec.angle_deg {
-            if angle >= 180.0 && projection == Projection::Perspective {
+            if angle >= 180.0 && projection == Projection::Perspective && !spec.foreign {
                 let message = format!("the `angle` of a perspective camera must be below 180, found {angle}");
                 return Err(self.error(message, self.span(at)));
             }

@@ -80,10 +80,10 @@ impl Machine<'_> {
                 let message = format!("the scene says: {}", text.trim());
                 Err(Stop::Halt(Some(Box::new(Diagnostic::error(message, self.span(at))))))
             }
-            Directive::Fopen | Directive::Fclose | Directive::Read | Directive::Write => {
-                let message = format!("not modelled yet: `#{}`", directive.name());
-                Err(self.halt(message))
-            }
+            Directive::Fopen => self.fopen(at),
+            Directive::Fclose => self.fclose(at),
+            Directive::Read => self.read_data(),
+            Directive::Write => self.write_data(),
         }
     }
 
@@ -131,13 +131,21 @@ impl Machine<'_> {
                         _ => None,
                     };
                 }
-                place.is_some_and(|place| self.scopes.at(&place).is_some())
+                place.is_some_and(|place| self.is_there(self.scopes.at(&place)))
             }
             Token::Word(_) => true,
             _ => return Err(self.error_here("expected an identifier")),
         };
         self.expect(Mark::CloseParen)?;
         Ok(declared)
+    }
+
+    /// A value that counts as declared: any but a file that is closed.
+    pub fn is_there(&self, value: Option<&Value>) -> bool {
+        match value {
+            Some(Value::File(handle)) => self.data_files.is_open(*handle),
+            value => value.is_some(),
+        }
     }
 
     /// An opening parenthesis after which a name is wanted as it stands.

@@ -253,7 +253,7 @@ impl Machine<'_> {
     }
 
     fn relation(&mut self) -> Res<Num> {
-        let mut value = self.expr()?;
+        let mut value = if self.begins_string()? { self.string_relation()? } else { self.expr()? };
         loop {
             let Token::Mark(
                 mark @ (Mark::Less

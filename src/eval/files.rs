@@ -87,7 +87,10 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) ->
         }
         Err(errors) => machine.diagnostics.extend(errors),
     }
+    machine.close_data_files();
+    let missing = machine.finish_missing();
     Evaluation {
+        missing,
         scene: machine.scene,
         diagnostics: machine.diagnostics,
         messages: machine.messages,

@@ -165,7 +165,7 @@ impl Machine<'_> {
             K::Photons => {
                 self.next()?;
                 self.block_left_out("photons")?;
-                self.note("hint", "ignored: `photons` of a light", self.span(at));
+                self.ignore("photons of a light", at);
             }
             _ => return Ok(false),
         }

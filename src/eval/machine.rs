@@ -4,7 +4,7 @@
 //! carried out when the asking meets them, so they may stand between any two tokens.
 
 use super::scope::{Scopes, Slot};
-use super::value::{Lacks, Macro, Value};
+use super::value::{Macro, Value};
 use super::{Message, Options, Stream};
 use crate::lang::{
     Diagnostic, Directive, Keyword, Mark, Program, Severity, SourceMap, Span, Symbol, Symbols, Token,
@@ -104,8 +104,10 @@ pub(super) struct Machine<'a> {
     pub folder: Option<PathBuf>,
     /// Programs of files that have been read before, by path.
     pub program_of: FxHashMap<PathBuf, u32>,
-    lacks: Vec<(String, Span, bool)>,
-    lack_of: FxHashMap<(String, Span), u32>,
+    /// What is not modelled.
+    pub missing: super::missing::MissingList,
+    /// What `#fopen` has opened.
+    pub data_files: super::data_file::DataFiles,
     warned: rustc_hash::FxHashSet<(Span, &'static str)>,
 }
 
@@ -139,8 +141,8 @@ impl<'a> Machine<'a> {
             files_read: Vec::new(),
             folder: None,
             program_of: FxHashMap::default(),
-            lacks: Vec::new(),
-            lack_of: FxHashMap::default(),
+            missing: Default::default(),
+            data_files: Default::default(),
             warned: Default::default(),
         }
     }
@@ -204,6 +206,8 @@ impl<'a> Machine<'a> {
             frame.next += 1;
             match lexeme.token {
                 Token::Directive(directive, jump) => self.directive(directive, jump, lexeme)?,
+                // A `#` before what is no directive is no mistake (measured).
+                Token::Junk('#') => {}
                 Token::Name(symbol) if self.expand => {
                     let Some(Value::Macro(callee)) = self.scopes.get(symbol) else { return Ok(lexeme) };
                     let callee = callee.clone();
@@ -254,8 +258,12 @@ impl<'a> Machine<'a> {
     /// value. `#declare A = B` goes without a semicolon for most kinds of values, and the next `#declare` or `#ifdef`
     /// must find `A` declared.
     pub fn peek_behind_value(&mut self) -> Res<Token> {
+        // A macro whose body ends with the value is left, and what follows the call is looked at.
+        while self.frames.len() > 1 && matches!(self.peek_raw(), Token::Directive(Directive::EndMacro, _)) {
+            self.leave_frame();
+        }
         match self.peek_raw() {
-            token @ Token::Directive(directive, _) if directive != Directive::EndMacro => Ok(token),
+            token @ Token::Directive(..) => Ok(token),
             _ => self.peek(),
         }
     }
@@ -520,14 +528,6 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Tells that something harmless is left aside, once per place.
-    pub fn note(&mut self, kind: &'static str, message: impl Into<String>, span: Span) {
-        if self.warned.insert((span, kind)) {
-            let diagnostic = Diagnostic::new(Severity::Note, message, Some(span));
-            self.tell(diagnostic);
-        }
-    }
-
     /// Writes a diagnostic down, with the way that led there.
     pub fn tell(&mut self, mut diagnostic: Diagnostic) {
         if diagnostic.severity > Severity::Note {
@@ -564,38 +564,6 @@ impl<'a> Machine<'a> {
 
     pub fn say(&mut self, stream: Stream, text: String) {
         self.messages.push(Message { stream, text });
-    }
-
-    // ----------------------------------------------------------------------------------------------------------
-    // What is not modelled yet
-
-    /// Notes down that `feature` was met at `at`. It becomes a diagnostic only if what holds it is used.
-    pub fn lack(&mut self, feature: impl Into<String>, at: Lexeme) -> Lacks {
-        let (feature, span) = (feature.into(), self.span(at));
-        let next = self.lacks.len() as u32;
-        let index = *self.lack_of.entry((feature.clone(), span)).or_insert(next);
-        if index == next {
-            self.lacks.push((feature, span, false));
-        }
-        Lacks(smallvec::smallvec![index])
-    }
-
-    /// Tells of everything in `lacks` that has not been told yet.
-    pub fn miss(&mut self, lacks: &Lacks) {
-        for &index in &lacks.0 {
-            let (feature, span, told) = &mut self.lacks[index as usize];
-            if std::mem::replace(told, true) {
-                continue;
-            }
-            let (severity, rest) = match self.options.allow_missing {
-                true => (Severity::Warning, "left out"),
-                false => (Severity::Error, ""),
-            };
-            let colon = if rest.is_empty() { "" } else { ", " };
-            let message = format!("not modelled yet{colon}{rest}: `{feature}`");
-            let diagnostic = Diagnostic::new(severity, message, Some(*span));
-            self.tell(diagnostic);
-        }
     }
 
     /// A name or keyword that is nearly `symbol`, as a help text.

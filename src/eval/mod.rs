@@ -13,6 +13,7 @@
 mod builtin;
 mod camera;
 mod color;
+mod data_file;
 mod directive;
 mod expr;
 mod files;
@@ -21,6 +22,7 @@ mod function;
 mod light;
 mod machine;
 mod mesh;
+mod missing;
 mod object;
 mod pigment;
 mod scope;
@@ -30,6 +32,8 @@ mod string;
 mod texture;
 mod transform;
 mod value;
+
+pub use missing::{Effect, Missing};
 
 use crate::lang::{Diagnostic, Severity, SourceMap};
 use crate::scene::Scene;
@@ -51,6 +55,10 @@ pub struct Options {
     pub library_paths: Vec<PathBuf>,
     /// What is not modelled yet is a warning instead of an error, and left out.
     pub allow_missing: bool,
+    /// What is not modelled yet is told in [`Evaluation::missing`] alone, not in the diagnostics.
+    pub list_missing: bool,
+    /// Folders in and below which `#fopen` may write. What is written elsewhere stays in memory.
+    pub write_paths: Vec<PathBuf>,
     /// What a script may use before it is stopped.
     pub limits: Limits,
 }
@@ -77,6 +85,8 @@ impl Default for Options {
             image_height: 240,
             library_paths: Vec::new(),
             allow_missing: false,
+            list_missing: false,
+            write_paths: Vec::new(),
             limits: Limits::default(),
         }
     }
@@ -93,12 +103,14 @@ impl Default for Limits {
 pub struct Evaluation {
     /// Everything that could be read; not to be rendered if [`Evaluation::has_errors`].
     pub scene: Scene,
-    /// In order of appearance.
+    /// In order of appearance; what is not modelled comes last.
     pub diagnostics: Vec<Diagnostic>,
     /// What `#debug`, `#warning`, `#render` and the like wrote, in order.
     pub messages: Vec<Message>,
     /// The texts that the diagnostics' spans point into.
     pub sources: SourceMap,
+    /// What the scene asks for and octray does not model, one entry a feature; what is refused comes first.
+    pub missing: Vec<Missing>,
     /// Every file read from disk, the scene first.
     pub files_read: Vec<PathBuf>,
 }

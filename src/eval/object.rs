@@ -220,7 +220,10 @@ impl Machine<'_> {
             K::Photons | K::Radiosity => {
                 self.next()?;
                 self.block_left_out(word.text())?;
-                self.note("hint", format!("ignored: `{}` of an object", word.text()), self.span(at));
+                self.ignore(
+                    if word == K::Photons { "photons of an object" } else { "radiosity of an object" },
+                    at,
+                );
             }
             K::UvMapping => {
                 self.next()?;

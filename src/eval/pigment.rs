@@ -236,6 +236,9 @@ impl Machine<'_> {
             | K::Metric
             | K::Offset
             | K::Exponent
+            | K::Control0
+            | K::Control1
+            | K::Interpolate
             | K::Accuracy => {
                 self.next()?;
                 self.float()?;
@@ -244,7 +247,11 @@ impl Machine<'_> {
                 self.next()?;
                 self.vector()?;
             }
-            K::Magnet | K::Interior | K::Exterior => {
+            K::Solid => {
+                self.next()?;
+                self.switch_value()?;
+            }
+            K::Interior | K::Exterior => {
                 self.next()?;
                 self.float()?;
                 self.comma()?;
@@ -281,13 +288,15 @@ impl Machine<'_> {
                     }
                 }
             }
-            K::Julia => {
-                self.vector()?;
+            K::Julia | K::Mandel => self.fractal_arguments(word)?,
+            K::Magnet => {
                 self.comma()?;
                 self.float()?;
-            }
-            K::Mandel => {
-                self.float()?;
+                self.comma()?;
+                match self.next()?.token {
+                    Token::Word(word @ (K::Julia | K::Mandel)) => self.fractal_arguments(word)?,
+                    _ => return Err(self.error_here("expected `mandel` or `julia` after `magnet`")),
+                }
             }
             K::Square | K::Triangular | K::Cubic => {
                 while self.starts_color()? {
@@ -297,6 +306,16 @@ impl Machine<'_> {
             }
             _ => {}
         }
+        Ok(())
+    }
+
+    fn fractal_arguments(&mut self, word: Keyword) -> Res<()> {
+        if word == Keyword::Julia {
+            self.comma()?;
+            self.vector()?;
+        }
+        self.comma()?;
+        self.float()?;
         Ok(())
     }
 

@@ -168,7 +168,7 @@ impl Machine<'_> {
                         let lacks = self.lack("radiosity", at);
                         self.miss(&lacks);
                     } else {
-                        self.note("hint", format!("ignored: `{}`", word.text()), self.span(at));
+                        self.ignore(word.text(), at);
                     }
                 }
                 _ => break,

@@ -1,7 +1,7 @@
 //! Strings (manual section 3.1.8).
 
 use super::machine::{Machine, Res, Stop};
-use super::value::Value;
+use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
 use std::sync::Arc;
 
@@ -19,12 +19,45 @@ impl Machine<'_> {
         self.string_or_path(true)
     }
 
+    /// True if a string is next.
+    pub fn begins_string(&mut self) -> Res<bool> {
+        Ok(match self.peek()? {
+            Token::String(_) => true,
+            Token::Word(word) => is_string_function(word),
+            Token::Name(symbol) => match self.scopes.get(symbol) {
+                Some(Value::String(_)) => true,
+                Some(Value::Array(_)) => matches!(self.array_sample(symbol), Some(Value::String(_))),
+                _ => false,
+            },
+            _ => false,
+        })
+    }
+
+    /// `"a" = S` and the like: strings compare by their characters' codes.
+    pub fn string_relation(&mut self) -> Res<Num> {
+        let left = self.string()?;
+        let Token::Mark(mark) = self.peek()? else { return self.expected("a comparison of strings") };
+        use std::cmp::Ordering;
+        let holds: fn(Ordering) -> bool = match mark {
+            Mark::Less => Ordering::is_lt,
+            Mark::LessEqual => Ordering::is_le,
+            Mark::Equal => Ordering::is_eq,
+            Mark::NotEqual => Ordering::is_ne,
+            Mark::GreaterEqual => Ordering::is_ge,
+            Mark::Greater => Ordering::is_gt,
+            _ => return self.expected("a comparison of strings"),
+        };
+        self.next()?;
+        let right = self.string()?;
+        Ok(Num::float(f64::from(holds(left.cmp(&right)))))
+    }
+
     fn string_or_path(&mut self, path: bool) -> Res<Arc<str>> {
         match self.peek()? {
             Token::String(index) => {
                 let lexeme = self.next()?;
                 let text = &self.programs[lexeme.program as usize].strings[index as usize];
-                Ok(if path || !text.contains('\\') { text.clone() } else { unescape(text).into() })
+                Ok(if path { text.clone() } else { unescaped(text) })
             }
             Token::Name(_) => {
                 let lexeme = self.next()?;
@@ -134,6 +167,11 @@ pub(super) fn format_number(value: f64, width: f64, digits: f64) -> String {
         return format!("{:>fill$}", format!("{sign}{text}"));
     }
     if width < 0.0 { format!("{value:0fill$.digits$}") } else { format!("{value:fill$.digits$}") }
+}
+
+/// A literal's text with its escapes resolved.
+pub(super) fn unescaped(text: &Arc<str>) -> Arc<str> {
+    if text.contains('\\') { unescape(text).into() } else { text.clone() }
 }
 
 fn unescape(text: &str) -> String {

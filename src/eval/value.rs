@@ -25,6 +25,8 @@ pub(super) enum Value {
     ColorMap(Arc<With<ColorMap>>),
     Object(Arc<ObjectValue>),
     Camera(Arc<super::camera::CameraSpec>),
+    /// What `#fopen` opened.
+    File(u32),
     /// Something that is read but not modelled yet: its keyword.
     Missing(&'static str),
     /// Its declaration failed; whoever uses it fails without a word.
@@ -174,6 +176,7 @@ impl Value {
             Value::ColorMap(_) => "color_map",
             Value::Object(_) => "object",
             Value::Camera(_) => "camera",
+            Value::File(_) => "file",
             Value::Missing(kind) => kind,
             Value::Poison => "value that could not be read",
         }
