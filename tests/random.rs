@@ -71,7 +71,7 @@ fn pigment(r: &mut Random, clear: bool) -> Pigment {
         },
         _ => return Pigment::solid(color(r, clear)),
     };
-    Pigment { kind, transform: transform(r) }
+    Pigment { kind, transform: transform(r).into() }
 }
 
 fn finish(r: &mut Random) -> Finish {
@@ -115,9 +115,10 @@ fn finish(r: &mut Random) -> Finish {
 fn texture(r: &mut Random) -> Arc<Texture> {
     let layers = if r.chance(0.15) { 2 } else { 1 };
     let clear = r.chance(0.35);
-    let layers =
-        (0..layers).map(|k| Layer { pigment: pigment(r, clear || k > 0), finish: finish(r) }).collect();
-    Arc::new(Texture { layers, transform: transform(r) })
+    let layers = (0..layers)
+        .map(|k| Layer { pigment: pigment(r, clear || k > 0), finish: finish(r).into() })
+        .collect();
+    Arc::new(Texture { layers, transform: transform(r).into() })
 }
 
 fn transform(r: &mut Random) -> Transform {
@@ -202,7 +203,7 @@ fn object(r: &mut Random, depth: usize) -> Object {
         _ => solid(r),
     };
     let mut object = Object::new(shape);
-    object.transform = transform(r);
+    object.transform = transform(r).into();
     if depth == 0 || r.chance(0.3) {
         object.texture = Some(texture(r));
     }

@@ -93,7 +93,7 @@ impl Machine<'_> {
         }
         let Token::Word(word) = self.peek()? else { return Ok(false) };
         if let Some(transform) = self.transform_item(word)? {
-            base.value.transform = base.value.transform.then(&transform);
+            base.value.transform.move_by(&transform);
             return Ok(true);
         }
         let at = self.peek_lexeme()?;
@@ -530,6 +530,6 @@ pub(super) fn is_pattern(word: Keyword) -> bool {
 /// The transform of a pigment whose texture has moved by `outer` since.
 pub(super) fn fold(pigment: &mut Pigment, outer: &Transform) {
     if !matches!(pigment.kind, PigmentKind::Solid(_)) {
-        pigment.transform = pigment.transform.then(outer);
+        pigment.transform.move_by(outer);
     }
 }

@@ -255,7 +255,8 @@ impl Machine<'_> {
             K::Finish => {
                 self.next()?;
                 let base = self.default_texture.value.layers.last();
-                let mut finish = With::new(base.map_or(Finish::default(), |layer| layer.finish.clone()));
+                let mut finish =
+                    With::new(base.map_or(Finish::default(), |layer| Finish::clone(&layer.finish)));
                 self.finish(&mut finish)?;
                 Value::Finish(Arc::new(finish))
             }

@@ -4,7 +4,7 @@ use super::machine::{Machine, Res};
 use super::pigment::{fold, is_pattern};
 use super::value::{Material, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Interior, Layer, Texture, Transform};
+use crate::scene::{Finish, Interior, Layer, Texture, Transform};
 use std::sync::Arc;
 
 impl Machine<'_> {
@@ -114,9 +114,9 @@ impl Machine<'_> {
             }
             Keyword::Finish => {
                 self.next()?;
-                let mut finish = With::new(std::mem::take(&mut top(&mut texture.value).finish));
+                let mut finish = With::new(Finish::clone(&top(&mut texture.value).finish));
                 let result = self.finish(&mut finish);
-                top(&mut texture.value).finish = finish.value;
+                top(&mut texture.value).finish = Arc::new(finish.value);
                 texture.lacks.add(&finish.lacks);
                 result?;
             }
@@ -264,11 +264,11 @@ pub(super) fn top(texture: &mut Texture) -> &mut Layer {
 
 /// Moves the texture's transform into its pigments, so that what comes next is not moved by it.
 pub(super) fn settle(texture: &mut Texture) {
-    if texture.transform != Transform::IDENTITY {
+    if *texture.transform != Transform::IDENTITY {
         for layer in &mut texture.layers {
             fold(&mut layer.pigment, &texture.transform);
         }
-        texture.transform = Transform::IDENTITY;
+        texture.transform = Default::default();
     }
 }
 

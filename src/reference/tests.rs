@@ -11,9 +11,9 @@ fn scene(objects: Vec<Object>) -> Scene {
 }
 
 fn textured(shape: Shape, color: Color, finish: Finish) -> Object {
-    let layers = vec![Layer { pigment: Pigment::solid(color), finish }];
+    let layers = vec![Layer { pigment: Pigment::solid(color), finish: finish.into() }];
     Object {
-        texture: Some(Arc::new(Texture { layers, transform: Transform::IDENTITY })),
+        texture: Some(Arc::new(Texture { layers, transform: Default::default() })),
         ..Object::new(shape)
     }
 }
@@ -388,12 +388,12 @@ fn slab_shifts_sight_by_snell_s_law() {
             phase: 0.0,
             map: ramp,
         },
-        transform: Transform::scale(DVec3::splat(10.0)),
+        transform: Transform::scale(DVec3::splat(10.0)).into(),
     };
-    let layers = vec![Layer { pigment, finish: glow() }];
+    let layers = vec![Layer { pigment, finish: glow().into() }];
     let screen = Object::clone(&glass.objects[1]);
     glass.objects[1] = Arc::new(Object {
-        texture: Some(Arc::new(Texture { layers, transform: Transform::IDENTITY })),
+        texture: Some(Arc::new(Texture { layers, transform: Default::default() })),
         ..screen
     });
     glass.camera.direction = DVec3::new(0.6, 0.0, 0.8);
@@ -506,11 +506,11 @@ fn everything(factor: f64) -> Scene {
             pattern: BlockPattern::Checker,
             colors: vec![white, Color::opaque(0.1, 0.2, 0.1)],
         },
-        transform: Transform::IDENTITY,
+        transform: Default::default(),
     };
     let floor = Texture {
-        layers: vec![Layer { pigment: floor, finish: shiny.clone() }],
-        transform: Transform::IDENTITY,
+        layers: vec![Layer { pigment: floor, finish: shiny.clone().into() }],
+        transform: Default::default(),
     };
     let turned =
         Transform::rotate(DVec3::new(0.5, 0.3, 0.1)).then(&Transform::translate(DVec3::new(1.3, 1.2, 6.0)));

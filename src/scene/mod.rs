@@ -22,7 +22,7 @@ pub use mesh::{Mesh, MeshTriangle};
 pub use object::{CsgOp, Flags, Object, Shape};
 pub use pigment::{BlockPattern, ColorMap, Pattern, Pigment, PigmentKind, Wave};
 pub use texture::{Interior, Layer, Texture};
-pub use transform::Transform;
+pub use transform::{Placement, Transform};
 
 use std::sync::Arc;
 

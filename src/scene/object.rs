@@ -1,6 +1,6 @@
 //! Shapes, and what an object adds to its shape.
 
-use super::{Interior, Mesh, Texture, Transform};
+use super::{Interior, Mesh, Placement, Texture, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub struct Object {
     /// The geometry.
     pub shape: Shape,
     /// From the object's own space to its parent's.
-    pub transform: Transform,
+    pub transform: Placement,
     /// Its look.
     pub texture: Option<Arc<Texture>>,
     /// Its look from inside, if another.
@@ -150,7 +150,7 @@ impl Object {
     pub fn new(shape: Shape) -> Self {
         Self {
             shape,
-            transform: Transform::IDENTITY,
+            transform: Placement::IDENTITY,
             texture: None,
             interior_texture: None,
             interior: None,
@@ -162,7 +162,7 @@ impl Object {
 
     /// The object moved by `next`, with everything that has been said of it so far.
     pub fn transformed(mut self, next: &Transform) -> Self {
-        self.transform = self.transform.then(next);
+        self.transform.move_by(next);
         for texture in [&mut self.texture, &mut self.interior_texture].into_iter().flatten() {
             if !texture.is_uniform() {
                 *texture = Arc::new(texture.transformed(next));

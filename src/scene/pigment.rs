@@ -1,6 +1,6 @@
 //! Colour over space: solid, in blocks, or along a map.
 
-use super::{Color, Transform};
+use super::{Color, Placement};
 use glam::DVec3;
 
 /// A `pigment` (manual section 3.4.6.1).
@@ -9,7 +9,7 @@ pub struct Pigment {
     /// Which colour where.
     pub kind: PigmentKind,
     /// From the pattern's space to the space of the texture it stands in.
-    pub transform: Transform,
+    pub transform: Placement,
 }
 
 /// Which colour where.
@@ -100,7 +100,7 @@ pub struct ColorMap {
 impl Pigment {
     /// One colour everywhere.
     pub fn solid(color: Color) -> Self {
-        Self { kind: PigmentKind::Solid(color), transform: Transform::IDENTITY }
+        Self { kind: PigmentKind::Solid(color), transform: Placement::IDENTITY }
     }
 
     /// True if no point of it can let light through: POV-Ray's test, on the colours it is made of.

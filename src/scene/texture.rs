@@ -1,6 +1,7 @@
 //! Layers of pigment and finish on a surface, and what is inside it.
 
-use super::{Finish, Pigment, Rgb, Transform};
+use super::{Finish, Pigment, Placement, Rgb, Transform};
+use std::sync::Arc;
 
 /// A `texture`: one layer, or several over each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -8,7 +9,7 @@ pub struct Texture {
     /// In order of declaration: the last one is on top. Never empty.
     pub layers: Vec<Layer>,
     /// From the texture's space to the parent space of the object that carries it (see [`super::Object`]).
-    pub transform: Transform,
+    pub transform: Placement,
 }
 
 /// One layer.
@@ -16,13 +17,13 @@ pub struct Texture {
 pub struct Layer {
     /// Its colour.
     pub pigment: Pigment,
-    /// Its answer to light.
-    pub finish: Finish,
+    /// Its answer to light; shared, as most layers have the default one.
+    pub finish: Arc<Finish>,
 }
 
 impl Default for Texture {
     fn default() -> Self {
-        Self { layers: vec![Layer::default()], transform: Transform::IDENTITY }
+        Self { layers: vec![Layer::default()], transform: Placement::IDENTITY }
     }
 }
 
@@ -60,7 +61,7 @@ impl Default for Interior {
 impl Texture {
     /// The texture moved by `next`.
     pub fn transformed(&self, next: &Transform) -> Self {
-        Self { layers: self.layers.clone(), transform: self.transform.then(next) }
+        Self { layers: self.layers.clone(), transform: self.transform.then(next).into() }
     }
 
     /// True if it looks the same at every point, so that transforms leave it alone.

@@ -1,6 +1,8 @@
 //! Affine maps that carry their inverse with them.
 
 use glam::{DAffine3, DMat3, DVec3};
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// An affine map and its inverse, both kept by composition, so that neither is ever inverted numerically twice.
 ///
@@ -11,6 +13,37 @@ pub struct Transform {
     pub forward: DAffine3,
     /// Its inverse.
     pub inverse: DAffine3,
+}
+
+/// A transform where most have none: the identity takes one word instead of 24. Reads as the [`Transform`] it is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placement(Option<Arc<Transform>>);
+
+impl Placement {
+    /// Moves nothing.
+    pub const IDENTITY: Self = Self(None);
+
+    /// Moves what has been placed by `next`.
+    pub fn move_by(&mut self, next: &Transform) {
+        *self = match &self.0 {
+            None => (*next).into(),
+            Some(transform) => transform.then(next).into(),
+        };
+    }
+}
+
+impl From<Transform> for Placement {
+    fn from(transform: Transform) -> Self {
+        Self((transform != Transform::IDENTITY).then(|| Arc::new(transform)))
+    }
+}
+
+impl Deref for Placement {
+    type Target = Transform;
+
+    fn deref(&self) -> &Transform {
+        self.0.as_deref().unwrap_or(&Transform::IDENTITY)
+    }
 }
 
 impl Default for Transform {

@@ -93,7 +93,7 @@ impl TextureBuilder {
             .iter()
             .rev()
             .map(|layer| LayerProgram {
-                finish: layer.finish.clone(),
+                finish: Finish::clone(&layer.finish),
                 pigment: match (&layer.pigment.kind, place) {
                     (PigmentKind::Solid(_), _) | (_, None) => PigmentProgram::Plain,
                     (_, Some(place)) => {
