@@ -1,7 +1,7 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
 use super::shapes::{push, push_mesh};
-use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, Tag, build_tree, class, item};
+use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
 use crate::csg::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
@@ -135,9 +135,10 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
         classes |= run.class;
     }
 
-    let (mut owner, mut rank, mut base) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &kind in Kind::ALL {
         base.push(owner.len() as u32);
+        kinds.resize(owner.len() + columns.len(kind), kind as u8);
         let order = &order[kind as usize];
         columns.permute(kind, order);
         owner.extend(order.iter().map(|&row| plain[kind as usize][row as usize].owner));
@@ -146,6 +147,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
     let first_part = owner.len() as u32;
     owner.extend(part_tags.iter().map(|tag| tag.owner));
     rank.extend(part_tags.iter().map(|tag| tag.rank));
+    kinds.extend(csg.parts.iter().map(|part| part.kind | PART));
     let order = &order[usize::from(COMPOSITE)];
     let mut place = vec![u32::MAX; csg.composites.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -163,6 +165,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
         parts,
         csg,
         first_part,
+        kinds,
         owner,
         rank,
         owners,

@@ -28,6 +28,9 @@ pub const NO_SURFACE: SurfaceId = u32::MAX;
 /// Kind number of composites among the kinds of the tree's runs: one past the last kind with columns.
 pub const COMPOSITE: u8 = Kind::ALL.len() as u8;
 
+/// Set in the kind of a surface that is part of a composite.
+pub const PART: u8 = 1 << 7;
+
 /// A scene made ready for rays: primitives in precision `S`, boxes in precision `B`.
 pub struct Compiled<S: Scalar, B: Scalar> {
     /// Subtracted from world coordinates before they become columns: zero in double precision; in single precision
@@ -43,6 +46,8 @@ pub struct Compiled<S: Scalar, B: Scalar> {
     pub csg: CsgTree,
     /// First surface number of a part.
     pub first_part: SurfaceId,
+    /// By surface number: its kind; of parts with [`PART`] set.
+    pub kinds: Vec<u8>,
     /// By surface number: index into `owners`.
     pub owner: Vec<u32>,
     /// By surface number: place in the order of declaration, for ties.

@@ -151,5 +151,9 @@ pub(crate) fn permuted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
 /// Reads one column for eight primitives.
 #[inline(always)]
 pub(crate) fn gather<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
+    // Neighbours mostly meet one and the same.
+    if index.iter().all(|&i| i == index[0]) {
+        return S::Lane::splat(column[index[0] as usize]);
+    }
     S::Lane::from_fn(|k| column[index[k] as usize])
 }

@@ -91,6 +91,10 @@ pub trait Lane:
     fn from_array(lanes: [Self::Scalar; LANES]) -> Self;
     /// Lane by lane.
     fn to_array(self) -> [Self::Scalar; LANES];
+    /// The lanes in place.
+    fn lanes(&self) -> &[Self::Scalar; LANES];
+    /// The lanes in place.
+    fn lanes_mut(&mut self) -> &mut [Self::Scalar; LANES];
     /// Rounds each lane to this precision.
     fn from_f64s(lanes: f64x8) -> Self;
     /// Exact.
@@ -209,6 +213,14 @@ macro_rules! impl_lane {
             #[inline(always)]
             fn to_array(self) -> [$scalar; LANES] {
                 <$lane>::to_array(self)
+            }
+            #[inline(always)]
+            fn lanes(&self) -> &[$scalar; LANES] {
+                self.as_array()
+            }
+            #[inline(always)]
+            fn lanes_mut(&mut self) -> &mut [$scalar; LANES] {
+                self.as_mut_array()
             }
             #[inline(always)]
             fn from_f64s(lanes: f64x8) -> Self {

@@ -1,73 +1,137 @@
-//! Hits of a batch of rays in columns, sorted by what shades them.
+//! Where rays meet surfaces, eight at a time, and which of them are shaded together.
 
-use super::queue::{Columns3, LaneList};
-use super::trace::{Parts, Query, locate};
-use crate::compile::{Compiled, NO_SURFACE, WithBlock};
+use super::queue::{Carriers, Lines, put, put3};
+use super::trace::{Parts, Query};
+use crate::compile::{Compiled, PART, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 
-/// One row for each hit and each texture that has a share in it.
-#[derive(Debug, Default)]
-pub struct HitList<S> {
-    /// Row of the ray in its queue.
-    pub ray: Vec<u32>,
-    /// Distance.
-    pub t: Vec<S>,
-    /// Hit points, on the surface.
-    pub point: Columns3<S>,
-    /// Unit normals, as the shape has them.
-    pub normal: Columns3<S>,
-    /// The surface.
-    pub surface: Vec<u32>,
+/// Eight hits with what the rays brought along.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Hit<L: Lane> {
+    /// Lanes that hold one.
+    pub active: u8,
+    /// On the surface.
+    pub point: Vec3<L>,
+    /// Ray directions.
+    pub dir: Vec3<L>,
+    /// Unit normals on the ray's side.
+    pub normal: Vec3<L>,
+    /// Cosine between normal and ray, at least 0.
+    pub cos: L,
+    /// How far the ray has come.
+    pub distance: L,
+    /// See [`Carriers::throughput`]; times the texture's share.
+    pub throughput: Vec3<L>,
+    /// See [`Carriers::weight`].
+    pub weight: L,
+    /// See [`Carriers::share`]; times the texture's share.
+    pub share: L,
+    /// See [`Carriers::sink`].
+    pub sink: [u32; LANES],
+    /// See [`Carriers::level`].
+    pub level: [u16; LANES],
+    /// See [`Carriers::medium`].
+    pub medium: [u32; LANES],
+    /// What is on the inside of the surface.
+    pub interior: [u32; LANES],
+    /// Lanes lit from both sides.
+    pub double_illuminate: u8,
+    /// What was hit.
+    pub surface: [u32; LANES],
     /// The part of it.
-    pub part: Vec<u8>,
-    /// Its owner.
-    pub owner: Vec<u32>,
-    /// The texture seen.
-    pub texture: Vec<u32>,
-    /// The texture's share, 1 but for triangles that blend three.
-    pub share: Vec<S>,
-    /// Rows in the order of shading: texture program by program.
-    pub order: Vec<u32>,
+    pub part: [u8; LANES],
+    /// The texture seen; in lanes without a hit, that of one with.
+    pub texture: [u32; LANES],
+}
+
+impl<L: Lane> Hit<L> {
+    /// Lane `from` of `other` becomes lane `to`.
+    fn put(&mut self, to: usize, other: &Self, from: usize) {
+        put3(&mut self.point, to, &other.point, from);
+        put3(&mut self.dir, to, &other.dir, from);
+        put3(&mut self.normal, to, &other.normal, from);
+        put(&mut self.cos, to, &other.cos, from);
+        put(&mut self.distance, to, &other.distance, from);
+        put3(&mut self.throughput, to, &other.throughput, from);
+        put(&mut self.weight, to, &other.weight, from);
+        put(&mut self.share, to, &other.share, from);
+        self.sink[to] = other.sink[from];
+        self.level[to] = other.level[from];
+        self.medium[to] = other.medium[from];
+        self.interior[to] = other.interior[from];
+        self.double_illuminate &= !(1 << to);
+        self.double_illuminate |= (other.double_illuminate >> from & 1) << to;
+        self.surface[to] = other.surface[from];
+        self.part[to] = other.part[from];
+        self.texture[to] = other.texture[from];
+    }
+
+    /// The surface and its part, as rays that leave it need them.
+    pub fn leaving(&self, dir: Vec3<L>) -> Lines<L> {
+        Lines { rays: Rays { origin: self.point, dir }, left: self.surface, part: self.part }
+    }
+}
+
+/// A packet in which this many rays see one program is shaded as it is, the other lanes idle: cheaper than to move them.
+const SHADED_WHOLE: u32 = 4;
+
+/// Hits that share their packet with too few of their kind, until they can be shaded with others.
+#[derive(Debug, Default)]
+pub struct HitList<L: Lane> {
+    hits: Vec<Hit<L>>,
+    /// In the order they came.
+    rows: Vec<Row>,
+    /// Numbers of `rows`, program by program.
+    order: Vec<u32>,
     /// First place in `order` of each program, and the end.
     starts: Vec<u32>,
+    next: Vec<u32>,
+}
+
+/// One hit and one texture that has a share in it.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    program: u32,
+    texture: u32,
+    /// 1 but for triangles that blend three textures, and cuts.
+    share: f64,
+    /// Place among the hits.
+    hit: u32,
+    lane: u8,
 }
 
 /// Where eight rays meet the surfaces they hit.
+#[inline]
 pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
-    let mut waiting = query.hits();
+    let hits = query.hits();
+    let (mut kinds, mut rows) = ([0; LANES], [0; LANES]);
+    for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {
+        let surface = query.surface[k];
+        kinds[k] = scene.kinds[surface as usize];
+        rows[k] = match kinds[k] & PART {
+            0 => surface - scene.base[usize::from(kinds[k])],
+            _ => scene.csg.parts[(surface - scene.first_part) as usize].row,
+        };
+    }
     let mut all = Surfaces::default();
-    let place =
-        each_lane(|k| if waiting >> k & 1 == 1 { locate(scene, query.surface[k]) } else { (0, 0, false) });
+    let mut waiting = hits;
     while waiting != 0 {
         let first = waiting.trailing_zeros() as usize;
-        let (kind, row, part) = place[first];
-        let mut rows = [row; LANES];
         let mut same = 0u8;
-        for k in (0..LANES).filter(|k| waiting >> k & 1 == 1) {
-            let (other, row, of_composite) = place[k];
-            if (other, of_composite) == (kind, part) {
-                rows[k] = row;
-                same |= 1 << k;
-            }
+        for k in 0..LANES {
+            same |= u8::from(kinds[k] == kinds[first]) << k;
         }
+        same &= waiting;
         waiting &= !same;
+        // The other lanes repeat a row of the kind; nothing they give is kept.
+        let rows = each_lane(|k| rows[if same >> k & 1 == 1 { k } else { first }]);
+        let found = resolve_kind(scene, query, kinds[first], &rows, Mask::from_bits(same));
+        if same == hits {
+            return found;
+        }
         let mask = Mask::<S::Lane>::from_bits(same);
-        let found = if part {
-            let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
-            let t = query.t.to_f64s();
-            let found = scene.parts.with(kind, Resolve { rows: &rows, mask: mask.cast(), rays: &rays, t });
-            Surfaces {
-                point: cast_back(found.point),
-                normal: cast_back(found.normal),
-                u: S::Lane::from_f64s(found.u),
-                v: S::Lane::from_f64s(found.v),
-                part: found.part,
-            }
-        } else {
-            scene.columns.with(kind, Resolve { rows: &rows, mask, rays: &query.rays, t: query.t })
-        };
         all.point = Vec3::select(mask, found.point, all.point);
         all.normal = Vec3::select(mask, found.normal, all.normal);
         all.u = mask.select(found.u, all.u);
@@ -77,6 +141,30 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
         }
     }
     all
+}
+
+/// Where rays meet surfaces of one kind.
+#[inline]
+fn resolve_kind<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    kind: u8,
+    rows: &[u32; LANES],
+    mask: Mask<S::Lane>,
+) -> Surfaces<S::Lane> {
+    if kind & PART == 0 {
+        return scene.columns.with(kind, Resolve { rows, mask, rays: &query.rays, t: query.t });
+    }
+    let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
+    let t = query.t.to_f64s();
+    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: mask.cast(), rays: &rays, t });
+    Surfaces {
+        point: cast_back(found.point),
+        normal: cast_back(found.normal),
+        u: S::Lane::from_f64s(found.u),
+        v: S::Lane::from_f64s(found.v),
+        part: found.part,
+    }
 }
 
 /// The lanes that meet their surface from its inside.
@@ -120,143 +208,216 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
     }
 }
 
-impl<S: Scalar> HitList<S> {
+/// Hits whose textures differ by program, or are several at once.
+struct Looks {
+    owner: [u32; LANES],
+    texture: [u32; LANES],
+    /// Lanes on cut faces without a look of their own.
+    cuts: u8,
+    /// Lanes on triangles that blend the textures of their corners.
+    blends: u8,
+}
+
+fn looks<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+    lanes: u8,
+) -> Looks {
+    let mut looks = Looks { owner: [0; LANES], texture: [0; LANES], cuts: 0, blends: 0 };
+    let mut inside = None;
+    for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+        looks.owner[k] = scene.owner[query.surface[k] as usize];
+        let owner = &scene.owners[looks.owner[k] as usize];
+        looks.texture[k] = owner.textures[0];
+        if let Some(texture) = owner.interior_texture {
+            let inside = *inside.get_or_insert_with(|| seen_from_inside(scene, query, found));
+            if inside >> k & 1 == 1 {
+                looks.texture[k] = texture;
+                continue;
+            }
+        }
+        looks.cuts |= u8::from(owner.cut) << k;
+        looks.blends |= u8::from(owner.textures != [owner.textures[0]; 3]) << k;
+    }
+    looks
+}
+
+impl<L: Lane> HitList<L> {
     /// Drops all rows.
     pub fn clear(&mut self) {
-        self.ray.clear();
-        self.t.clear();
-        self.point.truncate(0);
-        self.normal.truncate(0);
-        self.surface.clear();
-        self.part.clear();
-        self.owner.clear();
-        self.texture.clear();
-        self.share.clear();
+        self.hits.clear();
+        self.rows.clear();
     }
 
-    /// Adds the hits of a packet whose rays are rows `first` and following of their queue.
-    pub fn push<B: Scalar>(&mut self, scene: &Compiled<S, B>, first: usize, query: &Query<S::Lane>) {
+    /// Takes the hits of a packet: those worth shading as they are go to `shade` with their program, the others wait.
+    #[inline]
+    pub fn take<S: Scalar<Lane = L>, B: Scalar>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        carriers: &Carriers<L>,
+        query: &Query<L>,
+        mut shade: impl FnMut(&Hit<L>, u32),
+    ) {
         let lanes = query.hits();
         if lanes == 0 {
             return;
         }
         let found = resolve(scene, query);
-        let inside = seen_from_inside(scene, query, &found);
-        let (u, v) = (found.u.to_array(), found.v.to_array());
-        let (mut blends, mut cuts) = (0u8, 0u8);
-        let owners = query.surface.map(|s| if s == NO_SURFACE { 0 } else { scene.owner[s as usize] });
-        let mut textures = [0; LANES];
-        for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-            let owner = &scene.owners[owners[k] as usize];
-            textures[k] = match owner.interior_texture {
-                Some(texture) if inside >> k & 1 == 1 => texture,
-                _ => {
-                    cuts |= u8::from(owner.cut) << k;
-                    blends |= u8::from(owner.textures != [owner.textures[0]; 3]) << k;
-                    owner.textures[0]
-                }
-            };
+        let looks = looks(scene, query, &found, lanes);
+        let facing = found.normal.dot(carriers.lines.rays.dir);
+        let owners = looks.owner.map(|o| &scene.owners[o as usize]);
+        let mut double_illuminate = 0;
+        for (k, owner) in owners.iter().enumerate() {
+            double_illuminate |= u8::from(owner.double_illuminate) << k;
         }
-        self.push_cuts(scene, first, query, &found, cuts);
-        let lanes = lanes & !cuts;
-        self.push_rows(first, query, &found, (&owners, &textures), S::Lane::lit(1.0), lanes & !blends);
-        for corner in 0..3 {
-            if blends == 0 {
-                break;
-            }
-            let weight = |k: usize| match corner {
-                0 => S::from_f64(1.0 - u[k].to_f64() - v[k].to_f64()),
-                1 => u[k],
-                _ => v[k],
-            };
-            let textures = owners.map(|o| scene.owners[o as usize].textures[corner]);
-            self.push_rows(first, query, &found, (&owners, &textures), S::Lane::from_fn(weight), blends);
-        }
-    }
+        let mut hit = Hit {
+            active: lanes,
+            point: found.point,
+            dir: carriers.lines.rays.dir,
+            normal: Vec3::select(facing.gt(L::zero()), -found.normal, found.normal),
+            cos: facing.abs(),
+            distance: query.t,
+            throughput: carriers.throughput,
+            weight: carriers.weight,
+            share: carriers.share,
+            sink: carriers.sink,
+            level: carriers.level,
+            medium: carriers.medium,
+            interior: each_lane(|k| owners[k].interior),
+            double_illuminate,
+            surface: query.surface,
+            part: found.part,
+            texture: looks.texture,
+        };
 
-    /// Adds the hits of `lanes`, on cut faces, with the textures of the parts they lie in.
-    fn push_cuts<B: Scalar>(
-        &mut self,
-        scene: &Compiled<S, B>,
-        first: usize,
-        query: &Query<S::Lane>,
-        found: &Surfaces<S::Lane>,
-        lanes: u8,
-    ) {
-        let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
-        for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-            let lane = 1 << k;
-            let owner = scene.owner[query.surface[k] as usize];
-            let mut looks = vec![];
-            if let Some(part) = query.surface[k].checked_sub(scene.first_part) {
-                let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
-                let source = Parts { scene, left: query.left, part: query.part };
-                // Two roundings: of `t` itself, and of the ray that it was found along.
-                let at = (lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
-                for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {
-                    let owner = scene.owner[(scene.first_part + part) as usize];
-                    if !scene.owners[owner as usize].cut {
-                        looks.push(scene.owners[owner as usize].textures[0]);
-                    }
-                }
+        let program = |texture: u32| scene.textures.textures[texture as usize].program;
+        let mut waiting = lanes & !looks.cuts & !looks.blends;
+        let mut single = 0u8;
+        while waiting != 0 {
+            let first = waiting.trailing_zeros() as usize;
+            let number = program(looks.texture[first]);
+            let mut same = 0u8;
+            for k in (0..LANES).filter(|k| waiting >> k & 1 == 1) {
+                same |= u8::from(program(looks.texture[k]) == number) << k;
             }
-            if looks.is_empty() {
-                looks.push(scene.owners[owner as usize].textures[0]);
+            waiting &= !same;
+            if same.count_ones() < SHADED_WHOLE {
+                single |= same;
+                continue;
             }
-            let share = S::Lane::lit(1.0 / looks.len() as f64);
-            for texture in looks {
-                self.push_rows(first, query, found, (&[owner; LANES], &[texture; LANES]), share, lane);
-            }
+            hit.active = same;
+            hit.texture = each_lane(|k| looks.texture[if same >> k & 1 == 1 { k } else { first }]);
+            shade(&hit, number);
         }
-    }
-
-    fn push_rows(
-        &mut self,
-        first: usize,
-        query: &Query<S::Lane>,
-        found: &Surfaces<S::Lane>,
-        (owners, textures): (&[u32; LANES], &[u32; LANES]),
-        share: S::Lane,
-        lanes: u8,
-    ) {
-        if lanes == 0 {
+        let rest = single | looks.cuts | looks.blends;
+        if rest == 0 {
             return;
         }
-        let lanes = &LaneList::new(lanes);
-        self.point.push(found.point, lanes);
-        self.normal.push(found.normal, lanes);
-        lanes.push(&mut self.t, &query.t.to_array());
-        lanes.push(&mut self.share, &share.to_array());
-        lanes.push(&mut self.ray, &each_lane(|k| (first + k) as u32));
-        lanes.push(&mut self.surface, &query.surface);
-        lanes.push(&mut self.part, &found.part);
-        lanes.push(&mut self.owner, owners);
-        lanes.push(&mut self.texture, textures);
+
+        let place = self.hits.len() as u32;
+        self.hits.push(hit);
+        let mut row = |texture: u32, share: f64, lane: usize| {
+            self.rows.push(Row { program: program(texture), texture, share, hit: place, lane: lane as u8 });
+        };
+        for k in (0..LANES).filter(|k| rest >> k & 1 == 1) {
+            if looks.cuts >> k & 1 == 1 {
+                let textures = cut_textures(scene, query, looks.owner[k], k);
+                for &texture in &textures {
+                    row(texture, 1.0 / textures.len() as f64, k);
+                }
+            } else if looks.blends >> k & 1 == 1 {
+                let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
+                let shares = [S::from_f64(1.0 - u - v).to_f64(), u, v];
+                for (&texture, share) in owners[k].textures.iter().zip(shares) {
+                    // POV-Ray leaves out corners too faint to be followed.
+                    if share >= scene.globals.adc_bailout {
+                        row(texture, share, k);
+                    }
+                }
+            } else {
+                row(looks.texture[k], 1.0, k);
+            }
+        }
+    }
+
+    /// Hands what waits to `shade` in full packets, program by program, and forgets it.
+    pub fn shade_rest(&mut self, programs: usize, mut shade: impl FnMut(&Hit<L>, u32)) {
+        self.sort(programs);
+        for (program, ends) in self.starts.windows(2).enumerate() {
+            for rows in self.order[ends[0] as usize..ends[1] as usize].chunks(LANES) {
+                let mut hit = Hit::default();
+                for to in 0..LANES {
+                    // Lanes without a hit repeat the first one; nothing they make is kept.
+                    let row = &self.rows[rows.get(to).copied().unwrap_or(rows[0]) as usize];
+                    hit.put(to, &self.hits[row.hit as usize], usize::from(row.lane));
+                    hit.texture[to] = row.texture;
+                    if row.share != 1.0 {
+                        let share = L::Scalar::from_f64(row.share);
+                        let scale = |lane: &mut L| {
+                            let scaled = *lane * L::splat(share);
+                            lane.lanes_mut()[to] = scaled.lanes()[to];
+                        };
+                        for lane in [&mut hit.throughput.x, &mut hit.throughput.y, &mut hit.throughput.z] {
+                            scale(lane);
+                        }
+                        scale(&mut hit.share);
+                    }
+                }
+                hit.active = Mask::<L>::first(rows.len()).bits();
+                shade(&hit, program as u32);
+            }
+        }
+        self.clear();
     }
 
     /// Sorts rows by texture program, rows of one program in their order (a counting sort).
-    pub fn sort<B: Scalar>(&mut self, scene: &Compiled<S, B>) {
-        let program = |texture: u32| scene.textures.textures[texture as usize].program as usize;
+    fn sort(&mut self, programs: usize) {
         self.starts.clear();
-        self.starts.resize(scene.textures.programs.len() + 1, 0);
-        for &texture in &self.texture {
-            self.starts[program(texture) + 1] += 1;
+        self.order.clear();
+        if self.rows.is_empty() {
+            return;
+        }
+        self.starts.resize(programs + 1, 0);
+        for row in &self.rows {
+            self.starts[row.program as usize + 1] += 1;
         }
         for k in 1..self.starts.len() {
             self.starts[k] += self.starts[k - 1];
         }
-        self.order.clear();
-        self.order.resize(self.texture.len(), 0);
-        let mut next = self.starts.clone();
-        for (row, &texture) in self.texture.iter().enumerate() {
-            let place = &mut next[program(texture)];
-            self.order[*place as usize] = row as u32;
+        self.order.resize(self.rows.len(), 0);
+        self.next.clone_from(&self.starts);
+        for (number, row) in self.rows.iter().enumerate() {
+            let place = &mut self.next[row.program as usize];
+            self.order[*place as usize] = number as u32;
             *place += 1;
         }
     }
+}
 
-    /// Rows to be shaded together: at most eight, of one program.
-    pub fn packets(&self) -> impl Iterator<Item = &[u32]> {
-        self.starts.windows(2).flat_map(|ends| self.order[ends[0] as usize..ends[1] as usize].chunks(LANES))
+/// The textures of the parts that a hit on a cut face lies in.
+fn cut_textures<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    owner: u32,
+    lane: usize,
+) -> Vec<u32> {
+    let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
+    let mut textures = vec![];
+    if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
+        let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
+        let source = Parts { scene, left: query.left, part: query.part };
+        // Two roundings: of `t` itself, and of the ray that it was found along.
+        let at = (1 << lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
+        for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {
+            let owner = scene.owner[(scene.first_part + part) as usize];
+            if !scene.owners[owner as usize].cut {
+                textures.push(scene.owners[owner as usize].textures[0]);
+            }
+        }
     }
+    if textures.is_empty() {
+        textures.push(scene.owners[owner as usize].textures[0]);
+    }
+    textures
 }

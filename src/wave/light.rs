@@ -45,8 +45,9 @@ impl LightProgram {
         }
     }
 
-    /// The light at eight points.
-    pub fn at<L: Lane>(&self, point: Vec3<L>) -> Incidence<L> {
+    /// Unit directions from eight points to the light, and how far it is.
+    #[inline]
+    pub fn towards<L: Lane>(&self, point: Vec3<L>) -> (Vec3<L>, L) {
         let axis = Vec3::splat(self.axis);
         let to_light = Vec3::splat(self.location) - point;
         let (dir, distance) = if let LightKind::Cylinder { .. } = self.kind {
@@ -58,10 +59,17 @@ impl LightProgram {
             let distance = to_light.length();
             (to_light * (L::lit(1.0) / distance), distance)
         };
-        let (dir, distance) =
-            if self.parallel { (-axis, -(distance * dir.dot(axis))) } else { (dir, distance) };
-        let strength = self.strength(point, dir, distance);
-        Incidence { dir, distance, light: Vec3::splat(self.color) * strength }
+        if self.parallel { (-axis, -(distance * dir.dot(axis))) } else { (dir, distance) }
+    }
+
+    /// The light at eight points, which have [`LightProgram::towards`].
+    #[inline]
+    pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Incidence<L> {
+        let mut light = Vec3::splat(self.color);
+        if self.kind != LightKind::Point || self.fade.is_some() {
+            light = light * self.strength(point, dir, distance);
+        }
+        Incidence { dir, distance, light }
     }
 
     /// What the beam's shape and the distance leave of the light.

@@ -6,7 +6,7 @@ use crate::scene::Interior;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-/// Lists of interiors by number, for one tile.
+/// Lists of interiors by number, for one thread.
 #[derive(Debug, Default)]
 pub struct Media {
     lists: Vec<SmallVec<[u32; 4]>>,
@@ -27,7 +27,18 @@ pub struct Crossing {
     pub fresnel_ior: f64,
 }
 
+/// Lists kept from tile to tile; a scene with more different ones starts over.
+const MOST_LISTS: usize = 1 << 12;
+
 impl Media {
+    /// Between tiles no ray holds a number.
+    pub fn begin_tile(&mut self) {
+        if self.lists.len() > MOST_LISTS {
+            *self = Self::default();
+        }
+        self.number(SmallVec::new());
+    }
+
     /// The number of a list.
     pub fn number(&mut self, list: SmallVec<[u32; 4]>) -> u32 {
         if self.lists.is_empty() {

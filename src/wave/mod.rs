@@ -15,13 +15,14 @@ mod sums;
 mod tile;
 mod trace;
 
-use crate::compile::{Compiled, NO_SURFACE, class};
+use crate::compile::{Compiled, class};
 use crate::film::{Film, Pixel, RayCounts};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
+use queue::Lines;
 use rayon::prelude::*;
 use tile::{Shared, TileArea, TileWorker};
 use trace::{GROUP, Query, Tracer};
@@ -98,8 +99,9 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
                     origin: Vec3::from_fn(|k| ray(k).0 - scene.origin),
                     dir: Vec3::from_fn(|k| ray(k).1.normalize()),
                 };
+                let lines = Lines { rays: lines, ..Lines::default() };
                 let lanes = Mask::<S::Lane>::first(eight.len()).bits();
-                Query::new(lines, [NO_SURFACE; LANES], [0; LANES], S::Lane::lit(f64::INFINITY), lanes)
+                Query::new(&lines, S::Lane::lit(f64::INFINITY), lanes)
             })
             .collect();
         tracer.nearest(scene, &mut queries, class::CAMERA);

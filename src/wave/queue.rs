@@ -1,291 +1,330 @@
-//! Rays that wait, in columns. Every column is as long as the queue; rows are rays.
+//! Rays that wait, eight to a packet.
+//!
+//! A packet that comes nearly full and whose rays share an octant is kept as it is: its rays are neighbours, and
+//! nothing is moved. The rays of other packets are taken apart into one open packet per octant, so that what is traced
+//! later is full and of one octant again, wherever its rays came from.
 
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
-use glam::DVec3;
+use crate::lane::{LANES, Lane, Vec3};
 
-/// Three columns of one vector each row.
-#[derive(Debug, Clone, Default)]
-pub struct Columns3<S> {
-    x: Vec<S>,
-    y: Vec<S>,
-    z: Vec<S>,
+/// A packet with this many rays of one octant is not taken apart.
+const KEPT_WHOLE: u32 = 6;
+/// Octants of directions.
+const OCTANTS: usize = 8;
+
+/// Eight of something, some of which are there.
+pub trait Packet: Copy + Default {
+    /// A bit for each lane that holds one.
+    fn lanes(&self) -> u8;
+    /// Says which lanes hold one.
+    fn set_lanes(&mut self, lanes: u8);
+    /// By axis, a bit for each lane whose direction is negative.
+    fn signs(&self) -> [u8; 3];
+    /// Lane `from` of `other` becomes lane `to`.
+    fn put(&mut self, to: usize, other: &Self, from: usize);
 }
 
-impl<S: Scalar> Columns3<S> {
-    /// Appends the lanes of `v`.
-    #[inline(always)]
-    pub fn push(&mut self, v: Vec3<S::Lane>, lanes: &LaneList) {
-        lanes.push(&mut self.x, &v.x.to_array());
-        lanes.push(&mut self.y, &v.y.to_array());
-        lanes.push(&mut self.z, &v.z.to_array());
-    }
-
-    /// Eight rows by number.
-    #[inline(always)]
-    pub fn gather(&self, rows: &[u32; LANES]) -> Vec3<S::Lane> {
-        Vec3::new(gather(&self.x, rows), gather(&self.y, rows), gather(&self.z, rows))
-    }
-
-    /// Eight rows from `first` on.
-    #[inline(always)]
-    pub fn load(&self, first: usize) -> Vec3<S::Lane> {
-        Vec3::new(load(&self.x, first), load(&self.y, first), load(&self.z, first))
-    }
-
-    /// One row.
-    pub fn row(&self, row: usize) -> DVec3 {
-        DVec3::new(self.x[row].to_f64(), self.y[row].to_f64(), self.z[row].to_f64())
-    }
-
-    /// Rows from `len` on are dropped.
-    pub fn truncate(&mut self, len: usize) {
-        self.x.truncate(len);
-        self.y.truncate(len);
-        self.z.truncate(len);
-    }
-}
-
-/// The lanes of a packet that go on, as a list: made once, used for every column.
+/// Lines in space, and which surface they start on.
 #[derive(Debug, Clone, Copy)]
-pub struct LaneList {
-    lanes: [u8; LANES],
-    len: usize,
-}
-
-impl LaneList {
-    /// The set bits.
-    #[inline(always)]
-    pub fn new(bits: u8) -> Self {
-        let mut list = Self { lanes: [0; LANES], len: 0 };
-        for k in 0..LANES {
-            list.lanes[list.len & 7] = k as u8;
-            list.len += usize::from(bits >> k & 1);
-        }
-        list
-    }
-
-    /// Appends the list's lanes of `values` to a column.
-    #[inline(always)]
-    pub fn push<T: Copy>(&self, column: &mut Vec<T>, values: &[T; LANES]) {
-        if self.len == LANES {
-            column.extend_from_slice(values);
-        } else {
-            column.extend(self.lanes[..self.len].iter().map(|&k| values[usize::from(k & 7)]));
-        }
-    }
-}
-
-/// Eight rows of a column by number.
-#[inline(always)]
-pub fn gather<S: Scalar>(column: &[S], rows: &[u32; LANES]) -> S::Lane {
-    S::Lane::from_fn(|k| column[rows[k] as usize])
-}
-
-/// Eight rows of a column from `first` on; past the end, the last row again.
-#[inline(always)]
-pub fn load<S: Scalar>(column: &[S], first: usize) -> S::Lane {
-    match column.get(first..first + LANES) {
-        Some(rows) => S::Lane::from_fn(|k| rows[k]),
-        None => S::Lane::from_fn(|k| column[(first + k).min(column.len() - 1)]),
-    }
-}
-
-/// Eight numbers from `first` on; past the end, `fill`.
-#[inline(always)]
-pub fn load_numbers<T: Copy + Default>(column: &[T], first: usize, fill: T) -> [T; LANES] {
-    match column.get(first..first + LANES) {
-        Some(rows) => each_lane(|k| rows[k]),
-        None => each_lane(|k| column.get(first + k).copied().unwrap_or(fill)),
-    }
-}
-
-/// Where rays start and go, and which surface they left.
-#[derive(Debug, Default)]
-pub struct Geometry<S> {
-    /// Starts, in compiled space.
-    pub origin: Columns3<S>,
-    /// Unit directions.
-    pub dir: Columns3<S>,
+pub struct Lines<L> {
+    /// Starts in compiled space, unit directions.
+    pub rays: Rays<L>,
     /// The surface a ray starts on, or [`NO_SURFACE`].
-    pub left: Vec<SurfaceId>,
+    pub left: [SurfaceId; LANES],
     /// The part of it.
-    pub part: Vec<u8>,
+    pub part: [u8; LANES],
 }
 
-impl<S: Scalar> Geometry<S> {
-    /// Rows.
-    pub fn len(&self) -> usize {
-        self.left.len()
+impl<L: Lane> Default for Lines<L> {
+    fn default() -> Self {
+        let rays = Rays { origin: Vec3::default(), dir: Vec3::default() };
+        Self { rays, left: [NO_SURFACE; LANES], part: [0; LANES] }
+    }
+}
+
+impl<L: Lane> Lines<L> {
+    fn signs(&self) -> [u8; 3] {
+        let dir = self.rays.dir;
+        [dir.x, dir.y, dir.z].map(|d| d.lt(L::zero()).bits())
     }
 
-    /// Appends the lanes of the list.
     #[inline(always)]
-    pub fn push(
-        &mut self,
-        rays: &Rays<S::Lane>,
-        left: &[SurfaceId; LANES],
-        part: &[u8; LANES],
-        lanes: &LaneList,
-    ) {
-        self.origin.push(rays.origin, lanes);
-        self.dir.push(rays.dir, lanes);
-        lanes.push(&mut self.left, left);
-        lanes.push(&mut self.part, part);
+    fn put(&mut self, to: usize, other: &Self, from: usize) {
+        put3(&mut self.rays.origin, to, &other.rays.origin, from);
+        put3(&mut self.rays.dir, to, &other.rays.dir, from);
+        self.left[to] = other.left[from];
+        self.part[to] = other.part[from];
     }
+}
 
-    /// Rows from `len` on are dropped.
-    pub fn truncate(&mut self, len: usize) {
-        self.origin.truncate(len);
-        self.dir.truncate(len);
-        self.left.truncate(len);
-        self.part.truncate(len);
-    }
+/// Lane `from` of `other` becomes lane `to` of `lane`.
+#[inline(always)]
+pub fn put<L: Lane>(lane: &mut L, to: usize, other: &L, from: usize) {
+    lane.lanes_mut()[to] = other.lanes()[from];
+}
 
-    /// Eight rows from `first` on, and which lanes hold one.
-    pub fn load(&self, first: usize) -> (Rays<S::Lane>, [SurfaceId; LANES], [u8; LANES], u8) {
-        let rays = Rays { origin: self.origin.load(first), dir: self.dir.load(first) };
-        let lanes = Mask::<S::Lane>::first(self.len() - first).bits();
-        (rays, load_numbers(&self.left, first, NO_SURFACE), load_numbers(&self.part, first, 0), lanes)
-    }
+/// Lane `from` of `other` becomes lane `to` of `v`.
+#[inline(always)]
+pub fn put3<L: Lane>(v: &mut Vec3<L>, to: usize, other: &Vec3<L>, from: usize) {
+    put(&mut v.x, to, &other.x, from);
+    put(&mut v.y, to, &other.y, from);
+    put(&mut v.z, to, &other.z, from);
 }
 
 /// Rays that carry light to a sum: camera, reflected or refracted ones.
-#[derive(Debug, Default)]
-pub struct RayQueue<S> {
-    /// Their lines.
-    pub geometry: Geometry<S>,
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Carriers<L: Lane> {
+    /// Where they go.
+    pub lines: Lines<L>,
     /// What the light they bring is multiplied by.
-    pub throughput: Columns3<S>,
-    /// POV-Ray's weight, held against `adc_bailout`.
-    pub weight: Vec<S>,
-    /// Share of the pixel's transmit they would add if they hit nothing.
-    pub share: Vec<S>,
-    /// Which sum they add to.
-    pub sink: Vec<u32>,
-    /// Rays traced so far on the way from the eye, this one included.
-    pub level: Vec<u16>,
-    /// What they travel in: a list in the tile's [`super::medium::Media`].
-    pub medium: Vec<u32>,
-}
-
-/// What [`RayQueue::push`] needs besides the lines.
-#[derive(Debug, Clone, Copy)]
-pub struct Cargo<L> {
-    /// See [`RayQueue::throughput`].
     pub throughput: Vec3<L>,
-    /// See [`RayQueue::weight`].
+    /// POV-Ray's weight, held against `adc_bailout`.
     pub weight: L,
-    /// See [`RayQueue::share`].
+    /// Share of the pixel's transmit they would add if they hit nothing.
     pub share: L,
-    /// See [`RayQueue::sink`].
+    /// Which sum they add to.
     pub sink: [u32; LANES],
-    /// See [`RayQueue::level`].
+    /// Rays traced so far on the way from the eye, this one included.
     pub level: [u16; LANES],
-    /// See [`RayQueue::medium`].
+    /// What they travel in: a list in the tile's [`super::medium::Media`].
     pub medium: [u32; LANES],
+    /// Lanes that hold a ray.
+    pub lanes: u8,
 }
 
-impl<S: Scalar> RayQueue<S> {
-    /// Rows.
-    pub fn len(&self) -> usize {
-        self.sink.len()
+impl<L: Lane> Packet for Carriers<L> {
+    fn lanes(&self) -> u8 {
+        self.lanes
     }
-
-    /// Appends the lanes whose bit is set.
-    pub fn push(
-        &mut self,
-        rays: &Rays<S::Lane>,
-        left: &[SurfaceId; LANES],
-        part: &[u8; LANES],
-        cargo: &Cargo<S::Lane>,
-        lanes: u8,
-    ) {
-        if lanes == 0 {
-            return;
-        }
-        let lanes = &LaneList::new(lanes);
-        self.geometry.push(rays, left, part, lanes);
-        self.throughput.push(cargo.throughput, lanes);
-        lanes.push(&mut self.weight, &cargo.weight.to_array());
-        lanes.push(&mut self.share, &cargo.share.to_array());
-        lanes.push(&mut self.sink, &cargo.sink);
-        lanes.push(&mut self.level, &cargo.level);
-        lanes.push(&mut self.medium, &cargo.medium);
+    fn set_lanes(&mut self, lanes: u8) {
+        self.lanes = lanes;
     }
-
-    /// Moves the rows from `first` on to the empty queue `to`.
-    pub fn split_off_into(&mut self, first: usize, to: &mut Self) {
-        fn tail<T: Copy>(from: &mut Vec<T>, first: usize, to: &mut Vec<T>) {
-            to.clear();
-            to.extend_from_slice(&from[first..]);
-            from.truncate(first);
-        }
-        fn tail3<S: Copy>(from: &mut Columns3<S>, first: usize, to: &mut Columns3<S>) {
-            tail(&mut from.x, first, &mut to.x);
-            tail(&mut from.y, first, &mut to.y);
-            tail(&mut from.z, first, &mut to.z);
-        }
-        tail3(&mut self.geometry.origin, first, &mut to.geometry.origin);
-        tail3(&mut self.geometry.dir, first, &mut to.geometry.dir);
-        tail(&mut self.geometry.left, first, &mut to.geometry.left);
-        tail(&mut self.geometry.part, first, &mut to.geometry.part);
-        tail3(&mut self.throughput, first, &mut to.throughput);
-        tail(&mut self.weight, first, &mut to.weight);
-        tail(&mut self.share, first, &mut to.share);
-        tail(&mut self.sink, first, &mut to.sink);
-        tail(&mut self.level, first, &mut to.level);
-        tail(&mut self.medium, first, &mut to.medium);
+    fn signs(&self) -> [u8; 3] {
+        self.lines.signs()
+    }
+    #[inline(always)]
+    fn put(&mut self, to: usize, other: &Self, from: usize) {
+        self.lines.put(to, &other.lines, from);
+        put3(&mut self.throughput, to, &other.throughput, from);
+        put(&mut self.weight, to, &other.weight, from);
+        put(&mut self.share, to, &other.share, from);
+        self.sink[to] = other.sink[from];
+        self.level[to] = other.level[from];
+        self.medium[to] = other.medium[from];
     }
 }
 
 /// Rays to one light.
-#[derive(Debug, Default)]
-pub struct ShadowQueue<S> {
-    /// Their lines.
-    pub geometry: Geometry<S>,
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Feelers<L: Lane> {
+    /// Where they go.
+    pub lines: Lines<L>,
     /// Distance to the light.
-    pub t_max: Vec<S>,
+    pub t_max: L,
     /// Light that reaches the sum if nothing is in the way.
-    pub light: Columns3<S>,
+    pub light: Vec3<L>,
     /// Which sum.
-    pub sink: Vec<u32>,
+    pub sink: [u32; LANES],
     /// What they start in.
-    pub medium: Vec<u32>,
+    pub medium: [u32; LANES],
+    /// Lanes that hold a ray.
+    pub lanes: u8,
 }
 
-impl<S: Scalar> ShadowQueue<S> {
-    /// Rows.
+impl<L: Lane> Packet for Feelers<L> {
+    fn lanes(&self) -> u8 {
+        self.lanes
+    }
+    fn set_lanes(&mut self, lanes: u8) {
+        self.lanes = lanes;
+    }
+    fn signs(&self) -> [u8; 3] {
+        self.lines.signs()
+    }
+    #[inline(always)]
+    fn put(&mut self, to: usize, other: &Self, from: usize) {
+        self.lines.put(to, &other.lines, from);
+        put(&mut self.t_max, to, &other.t_max, from);
+        put3(&mut self.light, to, &other.light, from);
+        self.sink[to] = other.sink[from];
+        self.medium[to] = other.medium[from];
+    }
+}
+
+/// Packets that wait. Nothing is allocated once the queue has been as long as it gets.
+#[derive(Debug)]
+pub struct Queue<P> {
+    packets: Vec<P>,
+    /// Of each packet, that of its first ray.
+    octants: Vec<u8>,
+    /// One for each octant, filled ray by ray.
+    open: Vec<P>,
+    rays: u64,
+}
+
+impl<P: Packet> Default for Queue<P> {
+    fn default() -> Self {
+        Self { packets: Vec::new(), octants: Vec::new(), open: vec![P::default(); OCTANTS], rays: 0 }
+    }
+}
+
+impl<P: Packet> Queue<P> {
+    /// Adds the rays of `packet`.
+    #[inline]
+    pub fn push(&mut self, packet: &P) {
+        let lanes = packet.lanes();
+        if lanes == 0 {
+            return;
+        }
+        self.rays += u64::from(lanes.count_ones());
+        let signs = packet.signs();
+        let one_octant = signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
+        if one_octant && lanes.count_ones() >= KEPT_WHOLE {
+            self.packets.push(*packet);
+            self.octants.push(octant_of(signs, lanes.trailing_zeros()));
+        } else {
+            self.take_apart(packet, lanes, signs);
+        }
+    }
+
+    fn take_apart(&mut self, packet: &P, mut lanes: u8, signs: [u8; 3]) {
+        while lanes != 0 {
+            let from = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let octant = octant_of(signs, from as u32);
+            let open = &mut self.open[usize::from(octant)];
+            let filled = open.lanes();
+            if filled == 0 {
+                // The first ray fills all lanes, so that those never filled hold numbers like the others.
+                for to in 0..LANES {
+                    open.put(to, packet, from);
+                }
+                open.set_lanes(1);
+                continue;
+            }
+            let to = filled.count_ones() as usize;
+            open.put(to, packet, from);
+            open.set_lanes(filled << 1 | 1);
+            if to + 1 == LANES {
+                self.packets.push(*open);
+                self.octants.push(octant);
+                open.set_lanes(0);
+            }
+        }
+    }
+
+    /// Packets that are ready.
     pub fn len(&self) -> usize {
-        self.sink.len()
+        self.packets.len()
     }
 
-    /// Appends the lanes whose bit is set: rays from `surface` (number and part) over `distance`, to bring `light` to
-    /// `sink` from within `medium`.
-    pub fn push(
-        &mut self,
-        rays: &Rays<S::Lane>,
-        surface: (&[SurfaceId; LANES], &[u8; LANES]),
-        distance: S::Lane,
-        light: Vec3<S::Lane>,
-        (sink, medium): (&[u32; LANES], &[u32; LANES]),
-        lanes: u8,
-    ) {
-        let lanes = &LaneList::new(lanes);
-        self.geometry.push(rays, surface.0, surface.1, lanes);
-        lanes.push(&mut self.t_max, &distance.to_array());
-        self.light.push(light, lanes);
-        lanes.push(&mut self.sink, sink);
-        lanes.push(&mut self.medium, medium);
+    /// Rays pushed since the last call.
+    pub fn take_count(&mut self) -> u64 {
+        std::mem::take(&mut self.rays)
     }
 
-    /// Drops all rows.
+    /// Makes open packets ready, full or not.
+    pub fn flush(&mut self) {
+        for (octant, open) in self.open.iter_mut().enumerate() {
+            if open.lanes() != 0 {
+                self.packets.push(*open);
+                self.octants.push(octant as u8);
+                open.set_lanes(0);
+            }
+        }
+    }
+
+    /// The ready packets, which stay.
+    pub fn packets(&self) -> &[P] {
+        &self.packets
+    }
+
+    /// Drops the ready packets.
     pub fn clear(&mut self) {
-        self.geometry.truncate(0);
-        self.t_max.clear();
-        self.light.truncate(0);
-        self.sink.clear();
-        self.medium.clear();
+        self.packets.clear();
+        self.octants.clear();
+    }
+
+    /// Moves the last `count` ready packets to `to`, in place of what is there; packets of one octant together.
+    pub fn take_last(&mut self, count: usize, to: &mut Vec<P>) {
+        to.clear();
+        let first = self.packets.len().saturating_sub(count);
+        let mut places = [0; OCTANTS + 1];
+        for &octant in &self.octants[first..] {
+            places[usize::from(octant) + 1] += 1;
+        }
+        for octant in 0..OCTANTS {
+            places[octant + 1] += places[octant];
+        }
+        to.resize(self.packets.len() - first, P::default());
+        for (packet, &octant) in self.packets[first..].iter().zip(&self.octants[first..]) {
+            let place = &mut places[usize::from(octant)];
+            to[*place] = *packet;
+            *place += 1;
+        }
+        self.packets.truncate(first);
+        self.octants.truncate(first);
+    }
+}
+
+/// Bit `axis` set where the lane's direction is negative.
+fn octant_of(signs: [u8; 3], lane: u32) -> u8 {
+    let [x, y, z] = signs.map(|s| s >> (lane & 7) & 1);
+    x | y << 1 | z << 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::f64x8;
+
+    fn packet(lanes: u8, dir: impl Fn(usize) -> f64) -> Carriers<f64x8> {
+        let mut packet = Carriers::<f64x8> { lanes, ..Carriers::default() };
+        packet.lines.rays.dir = Vec3::new(f64x8::from_fn(&dir), f64x8::lit(1.0), f64x8::lit(1.0));
+        packet.sink = std::array::from_fn(|k| k as u32);
+        packet
+    }
+
+    fn sinks(queue: &Queue<Carriers<f64x8>>) -> Vec<Vec<u32>> {
+        let of =
+            |p: &Carriers<f64x8>| (0..LANES).filter(|k| p.lanes >> k & 1 == 1).map(|k| p.sink[k]).collect();
+        queue.packets().iter().map(of).collect()
+    }
+
+    #[test]
+    fn nearly_full_packets_of_one_octant_stay_whole() {
+        let mut queue = Queue::default();
+        queue.push(&packet(0b1111_0111, |_| 1.0));
+        assert_eq!(sinks(&queue), [[0, 1, 2, 4, 5, 6, 7]]);
+    }
+
+    #[test]
+    fn mixed_rays_are_sorted_by_octant() {
+        let mut queue = Queue::default();
+        let alternating = packet(0xff, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
+        queue.push(&alternating);
+        assert_eq!(queue.len(), 0);
+        queue.push(&alternating);
+        assert_eq!(sinks(&queue), [[0, 2, 4, 6, 0, 2, 4, 6], [1, 3, 5, 7, 1, 3, 5, 7]]);
+        assert_eq!(queue.take_count(), 16);
+        let mut taken = Vec::new();
+        queue.take_last(8, &mut taken);
+        assert_eq!((queue.len(), taken.len()), (0, 2));
+        for packet in &taken {
+            let negative = packet.lines.rays.dir.x.lt(f64x8::zero()).bits();
+            assert!(negative == 0 || negative == 0xff);
+        }
+    }
+
+    #[test]
+    fn what_is_open_waits_for_the_flush() {
+        let mut queue = Queue::default();
+        queue.push(&packet(0b0000_0110, |_| 1.0));
+        assert_eq!(queue.len(), 0);
+        queue.flush();
+        assert_eq!(sinks(&queue), [[1, 2]]);
+        queue.flush();
+        assert_eq!(queue.len(), 1);
     }
 }

@@ -1,57 +1,41 @@
 //! Light at eight hits that share a texture program: local light into the sums, new rays into the queues
 //! (formulas as measured on POV-Ray 3.7: manual sections 3.4.6.3 finish, 3.4.6.5 interior).
 
-use super::hits::HitList;
+use super::hits::Hit;
 use super::light::{Incidence, LightProgram, grey, per_lane};
 use super::medium::{Crossing, Media};
-use super::queue::{Cargo, RayQueue, ShadowQueue, gather};
+use super::queue::{Carriers, Feelers, Queue};
 use super::sums::Sums;
 use crate::compile::Compiled;
-use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 use crate::scene::{Finish, Interior, Reflection, Rgb};
-use crate::texture::{Colors, Program};
+use crate::texture::{Colors, LayerProgram, Program};
 use smallvec::SmallVec;
 
 /// Light weaker than this in every channel is not followed (POV-Ray's figure; channels are of order 1).
 pub const NO_LIGHT: f64 = 1e-10;
 
 /// Where the shading of a batch puts what it makes.
-pub struct Emit<'a, S: Scalar> {
+pub struct Emit<'a, L: Lane> {
     /// Sums of pixels.
     pub sums: &'a mut Sums,
     /// Reflected rays, and those of total internal reflection.
-    pub reflected: &'a mut RayQueue<S>,
+    pub reflected: &'a mut Queue<Carriers<L>>,
     /// Refracted rays, and those that go straight on.
-    pub refracted: &'a mut RayQueue<S>,
+    pub refracted: &'a mut Queue<Carriers<L>>,
     /// A queue a light.
-    pub shadows: &'a mut [ShadowQueue<S>],
-    /// The tile's interior lists.
+    pub shadows: &'a mut [Queue<Feelers<L>>],
+    /// The thread's interior lists.
     pub media: &'a mut Media,
 }
 
-/// Eight hits with what the rays brought along.
-struct Hit<L> {
-    active: Mask<L>,
-    point: Vec3<L>,
-    /// Ray directions.
-    dir: Vec3<L>,
-    /// Unit normals on the ray's side.
-    normal: Vec3<L>,
-    /// Cosine between normal and ray, at least 0.
-    cos: L,
-    distance: L,
-    throughput: Vec3<L>,
-    weight: L,
-    share: L,
-    sink: [u32; LANES],
-    level: [u16; LANES],
-    medium: [u32; LANES],
-    interior: [u32; LANES],
-    double_illuminate: Mask<L>,
-    surface: [u32; LANES],
-    part: [u8; LANES],
-    textures: [u32; LANES],
+/// A layer at the hits, as light meets it.
+struct LitLayer<'a, L> {
+    layer: &'a LayerProgram,
+    colors: Colors<L>,
+    /// What the layers above let through, and where anything is left of it.
+    filter: Vec3<L>,
+    live: Mask<L>,
 }
 
 /// A mirror ray that a layer asks for.
@@ -62,31 +46,25 @@ struct Mirror<'a, L> {
     finish: &'a Reflection,
 }
 
-/// Shades the hits `rows` (at most eight) of `hits`, which came from `rays` and all have the texture program `program`.
+/// Shades `hit`, whose textures all have the program number `program`.
 pub fn shade<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     lights: &[LightProgram],
-    rays: &RayQueue<S>,
-    hits: &HitList<S>,
-    rows: &[u32],
-    emit: &mut Emit<S>,
+    hit: &Hit<S::Lane>,
+    program: u32,
+    emit: &mut Emit<S::Lane>,
 ) {
-    let hit = load(scene, rays, hits, rows);
-    let program =
-        &scene.textures.programs[scene.textures.textures[hit.textures[0] as usize].program as usize];
-    let crossings = crossings(scene, program, &hit, emit.media);
+    let program = &scene.textures.programs[program as usize];
+    let active = Mask::<S::Lane>::from_bits(hit.active);
+    let crossings = crossings(scene, program, hit, emit.media);
     let adc = S::Lane::lit(scene.globals.adc_bailout);
     let one = S::Lane::lit(1.0);
 
-    let mut live = hit.active;
+    let mut live = active;
     let mut local = Vec3::lit(0.0);
     let mut filter = Vec3::lit(1.0);
     let mut transmitted = one;
-    let answers = program.layers.iter().any(|layer| answers_light(&layer.finish));
-    let mut lamps: SmallVec<[Lamp<S::Lane>; 4]> = SmallVec::new();
-    if answers {
-        lamps.extend(lights.iter().map(|light| Lamp::new(light, &hit)));
-    }
+    let mut lit_layers: SmallVec<[LitLayer<S::Lane>; 2]> = SmallVec::new();
     let mut mirrors: SmallVec<[Mirror<S::Lane>; 1]> = SmallVec::new();
     for (number, layer) in program.layers.iter().enumerate() {
         live &= transmitted.gt(adc);
@@ -94,22 +72,17 @@ pub fn shade<S: Scalar, B: Scalar>(
             break;
         }
         let finish = &layer.finish;
-        let colors = layer.colors(&scene.textures, &hit.textures, number, hit.point);
-        let opacity = colors.opacity();
+        let colors = layer.colors(&scene.textures, &hit.texture, number, hit.point);
         let own = Vec3::splat(finish.ambient * scene.globals.ambient_light + finish.emission);
-        let mut lit = colors.rgb.mul(own) * opacity;
-        if answers_light(finish) {
-            for lamp in &mut lamps {
-                let part = direct_light(lamp, finish, &colors, opacity, &hit, scene.globals.irid_wavelength);
-                lamp.sum += Vec3::select(live, part.mul(filter), Vec3::lit(0.0));
-            }
-        }
-        lit = lit.mul(filter);
+        let lit = (colors.rgb.mul(own) * colors.opacity()).mul(filter);
         local += Vec3::select(live, lit, Vec3::lit(0.0));
+        if answers_light(finish) {
+            lit_layers.push(LitLayer { layer, colors, filter, live });
+        }
 
         let mut reflectivity = None;
         if finish.reflection.is_some() {
-            let mut mirror = reflect_share(finish, &colors, &hit, &crossings, transmitted, live);
+            let mut mirror = reflect_share(finish, &colors, hit, &crossings, transmitted, live);
             // What is conserved is counted without the film's interference.
             reflectivity = Some(mirror.factor);
             if finish.irid != 0.0 {
@@ -127,54 +100,21 @@ pub fn shade<S: Scalar, B: Scalar>(
         transmitted = live.select(grey(filter).abs().min(one), transmitted);
     }
 
-    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active.bits());
-    for (number, lamp) in lamps.iter().enumerate() {
-        queue_light(lamp, number, &hit, emit);
+    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
+    if !lit_layers.is_empty() {
+        for (number, light) in lights.iter().enumerate() {
+            let Some(lamp) = Lamp::new(light, hit, active, &lit_layers) else { continue };
+            let mut sum = Vec3::lit(0.0);
+            for layer in &lit_layers {
+                let part = direct_light(&lamp, layer, hit, scene.globals.irid_wavelength);
+                sum += Vec3::select(layer.live, part.mul(layer.filter), Vec3::lit(0.0));
+            }
+            queue_light(&lamp, sum, number, hit, emit);
+        }
     }
-    let inside_out = transmit(scene, &hit, &crossings, filter, transmitted, emit);
-    for mirror in mirrors {
-        reflect(scene, &hit, mirror, inside_out, emit);
-    }
-}
-
-fn load<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    rays: &RayQueue<S>,
-    hits: &HitList<S>,
-    rows: &[u32],
-) -> Hit<S::Lane> {
-    // Lanes without a hit repeat the first one; nothing they make is kept.
-    let row = each_lane(|k| if k < rows.len() { rows[k] } else { rows[0] });
-    let of_hit = |column: &[u32]| each_lane(|k| column[row[k] as usize]);
-    let ray = of_hit(&hits.ray);
-    let owner = of_hit(&hits.owner);
-    let dir = rays.geometry.dir.gather(&ray);
-    let normal = hits.normal.gather(&row);
-    let facing = normal.dot(dir);
-    let normal = Vec3::select(facing.gt(S::Lane::zero()), -normal, normal);
-    let share: S::Lane = gather(&hits.share, &row);
-    let mut double = 0;
-    for (k, owner) in owner.iter().enumerate() {
-        double |= u8::from(scene.owners[*owner as usize].double_illuminate) << k;
-    }
-    Hit {
-        active: Mask::first(rows.len()),
-        point: hits.point.gather(&row),
-        dir,
-        normal,
-        cos: facing.abs(),
-        distance: gather(&hits.t, &row),
-        throughput: rays.throughput.gather(&ray) * share,
-        weight: gather(&rays.weight, &ray),
-        share: gather::<S>(&rays.share, &ray) * share,
-        sink: each_lane(|k| rays.sink[ray[k] as usize]),
-        level: each_lane(|k| rays.level[ray[k] as usize]),
-        medium: each_lane(|k| rays.medium[ray[k] as usize]),
-        interior: each_lane(|k| scene.owners[owner[k] as usize].interior),
-        double_illuminate: Mask::from_bits(double),
-        surface: of_hit(&hits.surface),
-        part: each_lane(|k| hits.part[row[k] as usize]),
-        textures: of_hit(&hits.texture),
+    let inside_out = transmit(scene, hit, active, &crossings, filter, transmitted, emit);
+    for mirror in &mirrors {
+        reflect(scene, hit, mirror, inside_out, emit);
     }
 }
 
@@ -186,7 +126,7 @@ fn crossings<S: Scalar, B: Scalar>(
     media: &mut Media,
 ) -> [Crossing; LANES] {
     let none = Crossing { next: 0, eta: 1.0, leaves: false, fresnel_ior: 1.0 };
-    let opaque = hit.textures.iter().all(|&t| scene.textures.textures[t as usize].opaque);
+    let opaque = hit.texture.iter().all(|&t| scene.textures.textures[t as usize].opaque);
     if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
         return [none; LANES];
     }
@@ -203,7 +143,7 @@ fn crossings<S: Scalar, B: Scalar>(
     crossings
 }
 
-/// A light as the hits see it, and what of it goes to the eye.
+/// A light as the hits see it.
 struct Lamp<L> {
     shadowless: bool,
     incidence: Incidence<L>,
@@ -212,24 +152,29 @@ struct Lamp<L> {
     /// Bright enough and before the surface, or behind it.
     front: Mask<L>,
     back: Mask<L>,
-    /// What all layers together send to the eye if nothing is in the way.
-    sum: Vec3<L>,
 }
 
 impl<L: Lane> Lamp<L> {
-    fn new(light: &LightProgram, hit: &Hit<L>) -> Self {
-        let incidence = light.at(hit.point);
-        let cos = hit.normal.dot(incidence.dir);
-        let bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & hit.active;
-        let front = cos.ge(L::lit(ALONG_SURFACE)) | hit.double_illuminate;
-        Self {
+    /// `None` if none of its light can go to the eye.
+    #[inline]
+    fn new(light: &LightProgram, hit: &Hit<L>, active: Mask<L>, layers: &[LitLayer<L>]) -> Option<Self> {
+        let (dir, distance) = light.towards(hit.point);
+        let cos = hit.normal.dot(dir);
+        let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
+        let from_behind = layers.iter().any(|lit| lit.layer.finish.diffuse_back != 0.0);
+        if front.none() && !from_behind {
+            return None;
+        }
+        let incidence = light.at(hit.point, dir, distance);
+        let bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        let lamp = Self {
             shadowless: light.shadowless,
             incidence,
             cos,
             front: bright & front,
             back: bright & !front,
-            sum: Vec3::lit(0.0),
-        }
+        };
+        bright.any().then_some(lamp)
     }
 }
 
@@ -241,15 +186,11 @@ fn answers_light(finish: &Finish) -> bool {
 }
 
 /// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
-fn direct_light<L: Lane>(
-    lamp: &Lamp<L>,
-    finish: &Finish,
-    colors: &Colors<L>,
-    opacity: L,
-    hit: &Hit<L>,
-    irid_wavelength: Rgb,
-) -> Vec3<L> {
+#[inline]
+fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid_wavelength: Rgb) -> Vec3<L> {
     let none = Vec3::lit(0.0);
+    let (finish, colors) = (&layer.layer.finish, &layer.colors);
+    let opacity = colors.opacity();
     let Lamp { incidence, cos, front: lit, .. } = lamp;
     let (lit, cos) = (*lit, *cos);
     let back = if finish.diffuse_back != 0.0 { lamp.back } else { Mask::none_set() };
@@ -362,28 +303,26 @@ fn fresnel<L: Lane>(cos: L, ior: L) -> L {
     square.gt(L::zero()).select(f, one)
 }
 
-/// Sends shadow rays for the light that could arrive.
-fn queue_light<S: Scalar>(lamp: &Lamp<S::Lane>, number: usize, hit: &Hit<S::Lane>, emit: &mut Emit<S>) {
-    let bright = lamp.sum.abs().max_element().gt(S::Lane::lit(NO_LIGHT)) & hit.active;
-    let lanes = bright.bits();
+/// Sends shadow rays for the light `sum` that could arrive from lamp `number`.
+#[inline]
+fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L>, emit: &mut Emit<L>) {
+    let lanes = sum.abs().max_element().gt(L::lit(NO_LIGHT)).bits() & hit.active;
     if lanes == 0 {
         return;
     }
-    let sum = lamp.sum.mul(hit.throughput);
+    let light = sum.mul(hit.throughput);
     if lamp.shadowless {
-        emit.sums.add(&hit.sink, sum, lanes);
+        emit.sums.add(&hit.sink, light, lanes);
         return;
     }
-    let Incidence { dir, distance, .. } = lamp.incidence;
-    let rays = Rays { origin: hit.point, dir };
-    emit.shadows[number].push(
-        &rays,
-        (&hit.surface, &hit.part),
-        distance,
-        sum,
-        (&hit.sink, &hit.medium),
+    emit.shadows[number].push(&Feelers {
+        lines: hit.leaving(lamp.incidence.dir),
+        t_max: lamp.incidence.distance,
+        light,
+        sink: hit.sink,
+        medium: hit.medium,
         lanes,
-    );
+    });
 }
 
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
@@ -391,20 +330,21 @@ fn queue_light<S: Scalar>(lamp: &Lamp<S::Lane>, number: usize, hit: &Hit<S::Lane
 fn transmit<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
+    active: Mask<S::Lane>,
     crossings: &[Crossing; LANES],
     filter: Vec3<S::Lane>,
     transmitted: S::Lane,
-    emit: &mut Emit<S>,
+    emit: &mut Emit<S::Lane>,
 ) -> Mask<S::Lane> {
     let zero = S::Lane::zero();
     let one = S::Lane::lit(1.0);
-    let through = transmitted.gt(S::Lane::lit(scene.globals.adc_bailout)) & hit.active;
-    let weight = hit.weight * filter.abs().max_element();
-    let deep = depth_left(scene, hit);
-    let seen = through & deep & weight.ge(S::Lane::lit(scene.globals.adc_bailout));
+    let through = transmitted.gt(S::Lane::lit(scene.globals.adc_bailout)) & active;
     if through.none() {
         return Mask::none_set();
     }
+    let weight = hit.weight * filter.abs().max_element();
+    let deep = depth_left(scene, hit);
+    let seen = through & deep & weight.ge(S::Lane::lit(scene.globals.adc_bailout));
 
     let fade = fade_along(scene, hit, crossings);
     let eta: S::Lane = per_lane(|k| crossings[k].eta);
@@ -415,29 +355,32 @@ fn transmit<S: Scalar, B: Scalar>(
     let bent = hit.dir * eta + hit.normal * (eta * hit.cos - k.max(zero).sqrt());
     let dir = Vec3::select(straight, hit.dir, bent.normalize());
 
-    let level =
-        |same: u8| -> [u16; LANES] { std::array::from_fn(|k| hit.level[k] + u16::from(same >> k & 1 == 0)) };
-    let rays = Rays { origin: hit.point, dir };
-    let cargo = Cargo {
+    let level = |same: u8| -> [u16; LANES] { each_lane(|k| hit.level[k] + u16::from(same >> k & 1 == 0)) };
+    let bent = Carriers {
+        lines: hit.leaving(dir),
         throughput: hit.throughput.mul(fade).mul(filter),
         weight,
         share: hit.share * grey(fade) * transmitted,
         sink: hit.sink,
         level: level(straight.bits()),
         medium: each_lane(|k| crossings[k].next),
+        lanes: (seen & !back).bits(),
     };
-    emit.refracted.push(&rays, &hit.surface, &hit.part, &cargo, (seen & !back).bits());
+    emit.refracted.push(&bent);
 
-    let mirrored = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
-    let rays = Rays { origin: hit.point, dir: mirrored };
-    let cargo = Cargo {
-        throughput: hit.throughput.mul(fade),
-        share: zero,
-        level: level(0),
-        medium: hit.medium,
-        ..cargo
-    };
-    emit.reflected.push(&rays, &hit.surface, &hit.part, &cargo, (seen & back).bits());
+    let lanes = (seen & back).bits();
+    if lanes != 0 {
+        let mirrored = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
+        emit.reflected.push(&Carriers {
+            lines: hit.leaving(mirrored),
+            throughput: hit.throughput.mul(fade),
+            share: zero,
+            level: level(0),
+            medium: hit.medium,
+            lanes,
+            ..bent
+        });
+    }
     back
 }
 
@@ -485,9 +428,9 @@ pub fn fade_over(interior: &Interior, distance: f64) -> Rgb {
 fn reflect<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
-    mirror: Mirror<S::Lane>,
+    mirror: &Mirror<S::Lane>,
     inside_out: Mask<S::Lane>,
-    emit: &mut Emit<S>,
+    emit: &mut Emit<S::Lane>,
 ) {
     let some = mirror.factor.abs().max_element().gt(S::Lane::zero());
     let heavy = mirror.weight.ge(S::Lane::lit(scene.globals.adc_bailout));
@@ -496,19 +439,21 @@ fn reflect<S: Scalar, B: Scalar>(
         return;
     }
     let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
-    let rays = Rays { origin: hit.point, dir };
-    let mut cargo = Cargo {
+    let mut mirrored = Carriers {
+        lines: hit.leaving(dir),
         throughput: hit.throughput.mul(mirror.factor),
         weight: mirror.weight,
         share: S::Lane::zero(),
         sink: hit.sink,
         level: each_lane(|k| hit.level[k] + 1),
         medium: hit.medium,
+        lanes,
     };
     if mirror.finish.exponent != 1.0 {
         // What is seen is bent by a power before it is added: it needs a sum of its own.
-        cargo.sink = emit.sums.defer(&hit.sink, cargo.throughput, 1.0 / mirror.finish.exponent, lanes);
-        cargo.throughput = Vec3::lit(1.0);
+        let exponent = 1.0 / mirror.finish.exponent;
+        mirrored.sink = emit.sums.defer(&hit.sink, mirrored.throughput, exponent, lanes);
+        mirrored.throughput = Vec3::lit(1.0);
     }
-    emit.reflected.push(&rays, &hit.surface, &hit.part, &cargo, lanes);
+    emit.reflected.push(&mirrored);
 }

@@ -5,160 +5,192 @@
 
 use super::hits::{resolve, seen_from_inside};
 use super::medium::Media;
-use super::queue::{ShadowQueue, gather, load, load_numbers};
+use super::queue::{Feelers, Lines, Queue};
 use super::shade::{NO_LIGHT, fade_over};
 use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
 use crate::compile::{Compiled, NO_SURFACE, class};
-use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::kernel::{Rays, Surfaces};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
 use crate::scene::Rgb;
+use smallvec::SmallVec;
 
 /// Buffers for shadow rays.
 #[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
-    open: Vec<u32>,
+    /// Rays that nothing opaque blocks, in scenes where something may still tint them.
+    open: Queue<Feelers<S::Lane>>,
 }
 
-impl<S: Scalar> ShadowTracer<S> {
-    /// Traces `queue` and adds the light that arrives to `sums`.
+impl<S: Scalar> ShadowTracer<S>
+where
+    S::Lane: Default,
+{
+    /// Traces the ready packets of `queue` and adds the light that arrives to `sums`.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
-        queue: &ShadowQueue<S>,
+        queue: &mut Queue<Feelers<S::Lane>>,
         tracer: &mut Tracer<B>,
         media: &mut Media,
         sums: &mut Sums,
     ) {
         let filters = scene.has_class(class::FILTERS);
-        self.open.clear();
-        for group in (0..queue.len()).step_by(GROUP * LANES) {
+        for group in queue.packets().chunks(GROUP) {
             self.queries.clear();
-            for first in (group..queue.len().min(group + GROUP * LANES)).step_by(LANES) {
-                let (lines, left, part, lanes) = queue.geometry.load(first);
-                self.queries.push(Query::new(lines, left, part, load::<S>(&queue.t_max, first), lanes));
-            }
+            self.queries.extend(group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)));
             if scene.has_class(class::BLOCKS) {
                 tracer.occluded(scene, &mut self.queries, class::BLOCKS);
             }
-            for (k, query) in self.queries.iter().enumerate() {
-                let first = group + k * LANES;
-                let open = query.lanes & !query.hits();
+            for (query, rays) in self.queries.iter().zip(group) {
+                let lanes = rays.lanes & !query.hits();
                 if filters {
-                    self.open.extend(
-                        (0..LANES).filter(|lane| open >> lane & 1 == 1).map(|lane| (first + lane) as u32),
-                    );
+                    self.open.push(&Feelers { lanes, ..*rays });
                 } else {
-                    let sink = load_numbers(&queue.sink, first, 0);
-                    sums.add(&sink, queue.light.load(first), open);
+                    sums.add(&rays.sink, rays.light, lanes);
                 }
             }
         }
-        for rows in self.open.chunks(LANES) {
-            let row: [u32; LANES] = std::array::from_fn(|k| rows.get(k).copied().unwrap_or(rows[0]));
-            let filter =
-                gather_filters(scene, queue, &row, Mask::<S::Lane>::first(rows.len()).bits(), tracer, media);
-            let sink = row.map(|r| queue.sink[r as usize]);
-            sums.add(&sink, queue.light.gather(&row).mul(filter), Mask::<S::Lane>::first(rows.len()).bits());
+        queue.clear();
+        if filters {
+            self.open.flush();
+            for group in self.open.packets().chunks(GROUP) {
+                let filters = gather_filters(scene, group, tracer, media);
+                for (rays, filter) in group.iter().zip(filters) {
+                    sums.add(&rays.sink, rays.light.mul(Vec3::from_fn(|k| filter[k])), rays.lanes);
+                }
+            }
+            self.open.clear();
         }
     }
 }
 
-/// What see-through occluders leave of the light along eight shadow rays.
+/// What see-through occluders leave of the light along up to [`GROUP`] packets of shadow rays.
 fn gather_filters<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    queue: &ShadowQueue<S>,
-    row: &[u32; LANES],
-    lanes: u8,
+    group: &[Feelers<S::Lane>],
     tracer: &mut Tracer<B>,
     media: &mut Media,
-) -> Vec3<S::Lane> {
-    let mut filter = [Rgb::ONE; LANES];
-    let mut medium = row.map(|r| queue.medium[r as usize]);
-    let mut rest: S::Lane = gather(&queue.t_max, row);
-    let rays = Rays { origin: queue.geometry.origin.gather(row), dir: queue.geometry.dir.gather(row) };
-    let left = row.map(|r| queue.geometry.left[r as usize]);
-    let part = row.map(|r| queue.geometry.part[r as usize]);
-    let mut query = Query::new(rays, left, part, rest, lanes);
+) -> SmallVec<[[Rgb; LANES]; GROUP]> {
+    let mut filters: SmallVec<[[Rgb; LANES]; GROUP]> = group.iter().map(|_| [Rgb::ONE; LANES]).collect();
+    let mut mediums: SmallVec<[[u32; LANES]; GROUP]> = group.iter().map(|rays| rays.medium).collect();
+    let mut rest: SmallVec<[S::Lane; GROUP]> = group.iter().map(|rays| rays.t_max).collect();
+    let mut queries: SmallVec<[Query<S::Lane>; GROUP]> =
+        group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)).collect();
     loop {
-        tracer.nearest(scene, std::slice::from_mut(&mut query), class::FILTERS);
-        let hits = query.hits();
-        if hits == 0 {
-            return Vec3::from_fn(|k| filter[k]);
-        }
-        let found = resolve(scene, &query);
-        let cos = found.normal.dot(query.rays.dir).abs();
-        let inside = seen_from_inside(scene, &query, &found);
-        let distance = query.t.to_array();
-        let mut more = 0u8;
-        for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {
-            let owner = &scene.owners[scene.owner[query.surface[k] as usize] as usize];
-            let weights = match owner.interior_texture {
-                Some(texture) if inside >> k & 1 == 1 => [(texture, 1.0), (texture, 0.0), (texture, 0.0)],
-                _ => {
-                    let (u, v) = (found.u.to_array()[k].to_f64(), found.v.to_array()[k].to_f64());
-                    let [a, b, c] = owner.textures;
-                    if a == b && b == c {
-                        [(a, 1.0), (a, 0.0), (a, 0.0)]
-                    } else {
-                        [(a, 1.0 - u - v), (b, u), (c, v)]
-                    }
-                }
+        tracer.nearest(scene, &mut queries, class::FILTERS);
+        let mut some = false;
+        for (k, query) in queries.iter_mut().enumerate() {
+            let hits = query.hits();
+            if hits == 0 {
+                query.lanes = 0;
+                continue;
+            }
+            let met = Mask::from_bits(hits);
+            let found = resolve(scene, query);
+            let more = cross(scene, query, &found, hits, &mut filters[k], &mut mediums[k], media);
+            rest[k] -= met.keep(query.t);
+            // On from where the ray is, away from the surface it has met.
+            let origin = Vec3::select(met, found.point, query.rays.origin);
+            let lines = Lines {
+                rays: Rays { origin, dir: query.rays.dir },
+                left: each_lane(|k| if hits >> k & 1 == 1 { query.surface[k] } else { NO_SURFACE }),
+                part: found.part,
             };
-            let interior = &scene.interiors[owner.interior as usize];
-            let mut tint = Rgb::ZERO;
-            for (texture, weight) in weights {
-                if weight != 0.0 {
-                    tint += weight
-                        * texture_filter(
-                            scene,
-                            texture,
-                            found.point,
-                            k,
-                            interior.caustics,
-                            cos.to_array()[k].to_f64(),
-                        );
-                }
-            }
-            let crossing = media.cross(medium[k], owner.interior, &scene.interiors);
-            // In shadows POV-Ray fades only with a power over 0.
-            if crossing.leaves && interior.fade_power > 0.0 {
-                tint *= fade_over(interior, distance[k].to_f64());
-            }
-            medium[k] = crossing.next;
-            filter[k] *= tint;
-            more |= u8::from(filter[k].abs().max_element() >= NO_LIGHT) << k;
-            if more >> k & 1 == 0 {
-                filter[k] = Rgb::ZERO;
-            }
+            *query = Query::new(&lines, rest[k], more);
+            some |= more != 0;
         }
-        rest -= Mask::<S::Lane>::from_bits(hits).keep(query.t);
-        // On from where the ray is, away from the surface it has met.
-        let met = Mask::from_bits(hits);
-        let rays = Rays { origin: Vec3::select(met, found.point, query.rays.origin), dir: query.rays.dir };
-        let left = std::array::from_fn(|k| if hits >> k & 1 == 1 { query.surface[k] } else { NO_SURFACE });
-        query = Query::new(rays, left, found.part, rest, more);
+        if !some {
+            return filters;
+        }
     }
 }
 
-/// What one texture lets through at lane `k` of `point`.
+/// Takes eight shadow rays through the surfaces they have met (in the lanes `hits`); returns the lanes that are
+/// still worth following.
+fn cross<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+    hits: u8,
+    filter: &mut [Rgb; LANES],
+    medium: &mut [u32; LANES],
+    media: &mut Media,
+) -> u8 {
+    let cos = found.normal.dot(query.rays.dir).abs();
+    let distance = query.t.to_f64s().to_array();
+    let mut inside = None;
+    // Neighbours mostly see one texture: what it lets through is worked out for all lanes at once.
+    let mut known: Option<(u32, f64, [Rgb; LANES])> = None;
+    let mut more = 0u8;
+    for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {
+        let owner = &scene.owners[scene.owner[query.surface[k] as usize] as usize];
+        let interior = &scene.interiors[owner.interior as usize];
+        let mut through = |texture: u32| match &known {
+            Some((of, caustics, tints)) if (*of, *caustics) == (texture, interior.caustics) => tints[k],
+            _ => {
+                let tints = texture_filter(scene, texture, found.point, interior.caustics, cos);
+                known = Some((texture, interior.caustics, tints));
+                tints[k]
+            }
+        };
+        let from_inside = |k: usize| {
+            let inside: &mut Option<u8> = &mut inside;
+            *inside.get_or_insert_with(|| seen_from_inside(scene, query, found)) >> k & 1 == 1
+        };
+        let [a, b, c] = owner.textures;
+        let mut tint = match owner.interior_texture {
+            Some(texture) if { from_inside }(k) => through(texture),
+            _ if a == b && b == c => through(a),
+            _ => {
+                let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
+                let mut tint = Rgb::ZERO;
+                for (texture, weight) in [(a, 1.0 - u - v), (b, u), (c, v)] {
+                    if weight != 0.0 {
+                        tint += weight * through(texture);
+                    }
+                }
+                tint
+            }
+        };
+        let crossing = media.cross(medium[k], owner.interior, &scene.interiors);
+        // In shadows POV-Ray fades only with a power over 0.
+        if crossing.leaves && interior.fade_power > 0.0 {
+            tint *= fade_over(interior, distance[k]);
+        }
+        medium[k] = crossing.next;
+        filter[k] *= tint;
+        if filter[k].abs().max_element() >= NO_LIGHT {
+            more |= 1 << k;
+        } else {
+            filter[k] = Rgb::ZERO;
+        }
+    }
+    more
+}
+
+/// What one texture lets through at eight points.
 fn texture_filter<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     texture: u32,
     point: Vec3<S::Lane>,
-    k: usize,
     caustics: f64,
-    cos: f64,
-) -> Rgb {
+    cos: S::Lane,
+) -> [Rgb; LANES] {
     let row = &scene.textures.textures[texture as usize];
     if row.opaque {
-        return Rgb::ZERO;
+        return [Rgb::ZERO; LANES];
     }
     let program = &scene.textures.programs[row.program as usize];
-    program.layers.iter().enumerate().fold(Rgb::ONE, |filter, (number, layer)| {
-        let through = layer.colors(&scene.textures, &[texture; LANES], number, point).transmittance().lane(k);
-        let focus = if caustics == 0.0 { 1.0 } else { 1.0 + cos.powf(45.0 * caustics) };
-        filter * through * focus
-    })
+    let mut filter = [Rgb::ONE; LANES];
+    for (number, layer) in program.layers.iter().enumerate() {
+        let through = layer.colors(&scene.textures, &[texture; LANES], number, point).transmittance();
+        for (k, filter) in filter.iter_mut().enumerate() {
+            let focus =
+                if caustics == 0.0 { 1.0 } else { 1.0 + cos.lanes()[k].to_f64().powf(45.0 * caustics) };
+            *filter = *filter * through.lane(k) * focus;
+        }
+    }
+    filter
 }

@@ -1,13 +1,14 @@
 //! Light summed up for the pixels of a tile, in double precision and in one fixed order.
 
 use crate::film::Pixel;
-use crate::lane::{LANES, Lane, Vec3};
+use crate::lane::{LANES, Lane, Mask, Vec3, each_lane, f64x8};
 use crate::scene::Rgb;
 
 /// A sum for each pixel of the tile, and after them sums that are bent by a power before they count.
 #[derive(Debug, Default)]
 pub struct Sums {
-    rgb: Vec<Rgb>,
+    /// By channel.
+    rgb: [Vec<f64>; 3],
     transmit: Vec<f64>,
     deferred: Vec<Deferred>,
 }
@@ -23,28 +24,40 @@ struct Deferred {
 impl Sums {
     /// Empty sums for `pixels` pixels.
     pub fn reset(&mut self, pixels: usize) {
-        self.rgb.clear();
-        self.rgb.resize(pixels, Rgb::ZERO);
-        self.transmit.clear();
-        self.transmit.resize(pixels, 0.0);
+        for column in self.rgb.iter_mut().chain([&mut self.transmit]) {
+            column.clear();
+            column.resize(pixels, 0.0);
+        }
         self.deferred.clear();
     }
 
     /// Adds light in the lanes whose bit is set.
+    #[inline]
     pub fn add<L: Lane>(&mut self, sink: &[u32; LANES], light: Vec3<L>, lanes: u8) {
-        let [x, y, z] = [light.x, light.y, light.z].map(|c| c.to_f64s().to_array());
-        for (k, &sink) in sink.iter().enumerate() {
-            if lanes >> k & 1 == 1 {
-                self.rgb[sink as usize] += Rgb::new(x[k], y[k], z[k]);
+        let first = sink[0];
+        let in_order = each_lane(|k| first.wrapping_add(k as u32)) == *sink;
+        let mask = Mask::<f64x8>::from_bits(lanes);
+        for (column, light) in self.rgb.iter_mut().zip([light.x, light.y, light.z]) {
+            let light = light.to_f64s();
+            // Rays that are still in the order of their pixels add as a packet.
+            if in_order && let Some(sums) = column[first as usize..].first_chunk_mut::<LANES>() {
+                *sums = (f64x8::from_array(*sums) + mask.keep(light)).to_array();
+            } else {
+                let light = light.to_array();
+                for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+                    column[sink[k] as usize] += light[k];
+                }
             }
         }
     }
 
-    /// A ray missed everything: `light` from the background, and `share` of the pixel shows through.
-    pub fn miss(&mut self, sink: u32, light: Rgb, share: f64) {
-        self.rgb[sink as usize] += light;
-        if let Some(transmit) = self.transmit.get_mut(sink as usize) {
-            *transmit += share;
+    /// Rays missed everything: `share` of each pixel shows through. (Sums that are not pixels have no such share.)
+    pub fn add_transmit<L: Lane>(&mut self, sink: &[u32; LANES], share: L, lanes: u8) {
+        let share = share.to_f64s().to_array();
+        for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+            if let Some(transmit) = self.transmit.get_mut(sink[k] as usize) {
+                *transmit += share[k];
+            }
         }
     }
 
@@ -60,8 +73,10 @@ impl Sums {
         for (k, new) in new.iter_mut().enumerate() {
             if lanes >> k & 1 == 1 {
                 self.deferred.push(Deferred { to: *new, factor: factor.lane(k), exponent });
-                *new = self.rgb.len() as u32;
-                self.rgb.push(Rgb::ZERO);
+                *new = self.rgb[0].len() as u32;
+                for column in &mut self.rgb {
+                    column.push(0.0);
+                }
             }
         }
         new
@@ -69,15 +84,18 @@ impl Sums {
 
     /// The finished pixels.
     pub fn pixels(&mut self) -> impl Iterator<Item = Pixel> {
-        let first = self.rgb.len() - self.deferred.len();
+        let pixels = self.transmit.len();
         // Later sums may go to earlier deferred ones, never the other way.
         for (k, deferred) in self.deferred.iter().enumerate().rev() {
-            let seen = self.rgb[first + k].max(Rgb::ZERO).powf(deferred.exponent);
-            self.rgb[deferred.to as usize] += deferred.factor * seen;
+            for (channel, column) in self.rgb.iter_mut().enumerate() {
+                let seen = column[pixels + k].max(0.0).powf(deferred.exponent);
+                column[deferred.to as usize] += deferred.factor[channel] * seen;
+            }
         }
-        self.rgb[..first]
-            .iter()
-            .zip(&self.transmit)
-            .map(|(rgb, transmit)| Pixel { rgb: rgb.as_vec3().to_array(), transmit: *transmit as f32 })
+        let [r, g, b] = &self.rgb;
+        (0..pixels).map(|k| Pixel {
+            rgb: [r[k] as f32, g[k] as f32, b[k] as f32],
+            transmit: self.transmit[k] as f32,
+        })
     }
 }

@@ -1,23 +1,22 @@
 //! One tile of the picture, from its camera rays to its pixels, by one thread and without a lock.
 
-use super::camera::push_camera_rays;
+use super::camera::{pixel_order, push_camera_rays};
 use super::enclosing::Enclosing;
 use super::hits::HitList;
 use super::light::LightProgram;
 use super::medium::Media;
-use super::queue::{RayQueue, ShadowQueue};
+use super::queue::{Carriers, Feelers, Queue};
 use super::shade::{Emit, shade};
 use super::shadow::ShadowTracer;
 use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
 use crate::compile::{Compiled, class};
 use crate::film::{Pixel, RayCounts};
-use crate::lane::{LANES, Lane, Scalar};
-use smallvec::SmallVec;
+use crate::lane::{Lane, Scalar, Vec3};
 
-/// Rays that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
+/// Packets that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
 /// the end in batches of this size, so that waiting rays stay few however deep the recursion goes.
-pub const BATCH: usize = 1024;
+const BATCH: usize = 128;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy)]
@@ -49,15 +48,17 @@ pub struct Shared<'a, S: Scalar, B: Scalar> {
 pub struct TileWorker<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
     shadows: ShadowTracer<S>,
-    batch: RayQueue<S>,
-    reflected: RayQueue<S>,
+    batch: Vec<Carriers<S::Lane>>,
+    camera: Queue<Carriers<S::Lane>>,
+    reflected: Queue<Carriers<S::Lane>>,
     /// By who sent them: camera rays and what they became, or reflected ones. Refraction does not change what a ray sees.
-    refracted: [RayQueue<S>; 2],
-    shadow_queues: Vec<ShadowQueue<S>>,
-    hits: HitList<S>,
+    refracted: [Queue<Carriers<S::Lane>>; 2],
+    shadow_queues: Vec<Queue<Feelers<S::Lane>>>,
+    hits: HitList<S::Lane>,
     queries: Vec<Query<S::Lane>>,
     sums: Sums,
     media: Media,
+    order: Vec<u32>,
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B>
@@ -66,68 +67,61 @@ where
 {
     /// Renders the tile into `pixels` (row by row) and counts its rays.
     pub fn render(&mut self, shared: &Shared<S, B>, area: TileArea, pixels: &mut Vec<Pixel>) -> RayCounts {
-        let mut counts = RayCounts::default();
-        self.media = Media::default();
-        self.media.number(SmallVec::new());
+        self.media.begin_tile();
         self.sums.reset(area.width * area.height);
-        self.shadow_queues.resize_with(shared.lights.len(), ShadowQueue::default);
+        self.shadow_queues.resize_with(shared.lights.len(), Queue::default);
 
-        self.batch.split_off_into(0, &mut RayQueue::default());
-        push_camera_rays(shared, area, &mut self.media, &mut self.batch);
-        counts.camera += self.batch.len() as u64;
-        self.wave(shared, class::CAMERA, &mut counts);
+        pixel_order(area, &mut self.order);
+        push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
+        let camera = self.camera.take_count();
+        self.camera.take_last(usize::MAX, &mut self.batch);
+        self.wave(shared, class::CAMERA);
         loop {
             // The longest queue first, from its end: deep rays before shallow ones.
             let lengths = [self.reflected.len(), self.refracted[0].len(), self.refracted[1].len()];
             let longest = (0..3).max_by_key(|&k| lengths[k]).unwrap_or(0);
             if lengths[longest] == 0 {
-                break;
+                // Only packets that are not full are left.
+                self.reflected.flush();
+                self.refracted.iter_mut().for_each(Queue::flush);
+                if self.reflected.len() + self.refracted[0].len() + self.refracted[1].len() == 0 {
+                    break;
+                }
+                continue;
             }
-            let first = lengths[longest].saturating_sub(BATCH);
             let filter = match longest {
                 0 => {
-                    self.reflected.split_off_into(first, &mut self.batch);
-                    counts.reflect += self.batch.len() as u64;
+                    self.reflected.take_last(BATCH, &mut self.batch);
                     class::REFLECTED
                 }
                 k => {
-                    self.refracted[k - 1].split_off_into(first, &mut self.batch);
-                    counts.refract += self.batch.len() as u64;
+                    self.refracted[k - 1].take_last(BATCH, &mut self.batch);
                     [class::CAMERA, class::REFLECTED][k - 1]
                 }
             };
-            self.wave(shared, filter, &mut counts);
+            self.wave(shared, filter);
         }
+        let mut shadow = 0;
+        for queue in &mut self.shadow_queues {
+            queue.flush();
+            shadow += queue.take_count();
+            self.shadows.trace(shared.scene, queue, &mut self.tracer, &mut self.media, &mut self.sums);
+        }
+        // From the order of the rays to rows.
         pixels.clear();
-        pixels.extend(self.sums.pixels());
-        counts
+        pixels.resize(area.width * area.height, Pixel::default());
+        for (pixel, &place) in self.sums.pixels().zip(&self.order) {
+            pixels[place as usize] = pixel;
+        }
+        let reflect = self.reflected.take_count();
+        let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
+        RayCounts { camera, shadow, reflect, refract }
     }
 
-    /// Traces and shades the batch.
-    fn wave(&mut self, shared: &Shared<S, B>, filter: u8, counts: &mut RayCounts) {
+    /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
+    fn wave(&mut self, shared: &Shared<S, B>, filter: u8) {
         let scene = shared.scene;
-        self.hits.clear();
-        let rays = &self.batch;
-        for group in (0..rays.len()).step_by(GROUP * LANES) {
-            self.queries.clear();
-            for first in (group..rays.len().min(group + GROUP * LANES)).step_by(LANES) {
-                let (lines, left, part, lanes) = rays.geometry.load(first);
-                self.queries.push(Query::new(lines, left, part, S::Lane::lit(f64::INFINITY), lanes));
-            }
-            self.tracer.nearest(scene, &mut self.queries, filter);
-            for (k, query) in self.queries.iter().enumerate() {
-                let first = group + k * LANES;
-                let missed = query.lanes & !query.hits();
-                for lane in (0..LANES).filter(|lane| missed >> lane & 1 == 1) {
-                    let row = first + lane;
-                    let light = scene.background.rgb * rays.throughput.row(row);
-                    let share = rays.share[row].to_f64() * scene.background.transmit;
-                    self.sums.miss(rays.sink[row], light, share);
-                }
-                self.hits.push(scene, first, query);
-            }
-        }
-        self.hits.sort(scene);
+        let background = Vec3::splat(scene.background.rgb);
         let mut emit = Emit {
             sums: &mut self.sums,
             reflected: &mut self.reflected,
@@ -135,13 +129,31 @@ where
             shadows: &mut self.shadow_queues,
             media: &mut self.media,
         };
-        for rows in self.hits.packets() {
-            shade(scene, &shared.lights, rays, &self.hits, rows, &mut emit);
+        for group in self.batch.chunks(GROUP) {
+            self.queries.clear();
+            self.queries.extend(
+                group.iter().map(|rays| Query::new(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes)),
+            );
+            self.tracer.nearest(scene, &mut self.queries, filter);
+            for (rays, query) in group.iter().zip(&self.queries) {
+                let missed = query.lanes & !query.hits();
+                if missed != 0 {
+                    emit.sums.add(&rays.sink, background.mul(rays.throughput), missed);
+                    if scene.background.transmit != 0.0 {
+                        let share = rays.share * S::Lane::lit(scene.background.transmit);
+                        emit.sums.add_transmit(&rays.sink, share, missed);
+                    }
+                }
+                self.hits.take(scene, rays, query, |hit, program| {
+                    shade(scene, &shared.lights, hit, program, &mut emit);
+                });
+            }
         }
+        self.hits.shade_rest(scene.textures.programs.len(), |hit, program| {
+            shade(scene, &shared.lights, hit, program, &mut emit);
+        });
         for queue in &mut self.shadow_queues {
-            counts.shadow += queue.len() as u64;
             self.shadows.trace(scene, queue, &mut self.tracer, &mut self.media, &mut self.sums);
-            queue.clear();
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
+use super::queue::Lines;
 use crate::bvh::{Packet, Run, Stack, Visit, walk};
-use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, WithBlock};
+use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock};
 use crate::csg::{Best, PartRoots, Scratch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
@@ -34,7 +35,8 @@ const START_ROUNDINGS: f64 = 32.0;
 
 impl<L: Lane> Query<L> {
     /// Rays up to distance `t_max`.
-    pub fn new(rays: Rays<L>, left: [SurfaceId; LANES], part: [u8; LANES], t_max: L, lanes: u8) -> Self {
+    pub fn new(lines: &Lines<L>, t_max: L, lanes: u8) -> Self {
+        let Lines { rays, left, part } = *lines;
         let reach = rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
         let mut free = 0;
         for (k, left) in left.iter().enumerate() {
@@ -298,16 +300,4 @@ impl WithBlock<f64> for RootsOf<'_> {
         }
         (K::ROOTS, block.starts_inside(row, rays).bits())
     }
-}
-
-/// The kind and row of a surface, and whether it is part of a composite.
-pub fn locate<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> (u8, u32, bool) {
-    if surface >= scene.first_part {
-        let part = &scene.csg.parts[(surface - scene.first_part) as usize];
-        return (part.kind, part.row, true);
-    }
-    // The last kind whose base is not above: absent kinds share the base of the next one.
-    let kind = scene.base.partition_point(|&base| base <= surface) - 1;
-    debug_assert!(kind < Kind::ALL.len());
-    (kind as u8, surface - scene.base[kind], false)
 }
