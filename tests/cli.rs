@@ -48,7 +48,7 @@ mod help_and_usage {
     fn help_names_every_command_and_long_options() {
         let folder = folder();
         let help = said(&octray(folder.path(), "--help"));
-        for word in ["render", "check", "compare", "crosscheck", "Exit codes"] {
+        for word in ["render", "check", "compare", "crosscheck", "rays", "Exit codes"] {
             assert!(help.contains(word), "{word} is not in\n{help}");
         }
         let help = said(&octray(folder.path(), "render --help"));

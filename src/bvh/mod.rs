@@ -6,6 +6,6 @@ mod build;
 mod node;
 mod walk;
 
-pub use build::{Item, build};
+pub use build::{Item, Preset, build};
 pub use node::{Bvh, Child, Node, Run};
-pub use walk::{Packet, Stack, Visit, walk};
+pub use walk::{Packet, Stack, Traversal, Visit, walk};

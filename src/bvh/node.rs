@@ -93,6 +93,39 @@ impl<B: Scalar> Node<B> {
 }
 
 impl<B: Scalar> Bvh<B> {
+    /// Bytes of nodes and runs.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.runs[..])
+    }
+
+    /// What a ray that meets the bounds is expected to cost (the surface-area heuristic): 1 for each node it steps
+    /// through, 1 for each primitive it is tested against.
+    pub fn sah(&self) -> f64 {
+        let whole = self.bounds.half_area();
+        let mut cost = 1.0;
+        for node in &self.nodes {
+            for (k, child) in node.child.iter().enumerate().filter(|(_, child)| **child != Child::NONE) {
+                let side: [f64; 3] =
+                    std::array::from_fn(|axis| node.max[axis][k].to_f64() - node.min[axis][k].to_f64());
+                let area = side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
+                let tests = if child.is_leaf() { self.leaf_len(*child) as f64 } else { 1.0 };
+                cost += tests * area / whole;
+            }
+        }
+        cost
+    }
+
+    fn leaf_len(&self, leaf: Child) -> u32 {
+        let mut len = 0;
+        for run in &self.runs[leaf.index()..] {
+            len += run.len;
+            if run.last {
+                break;
+            }
+        }
+        len
+    }
+
     /// How far each box is widened on every side: what rounding a start and a direction inside the bounds to `B`
     /// can move a point of the ray, with room for the slab test's own three roundings.
     ///

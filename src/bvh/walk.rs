@@ -107,6 +107,20 @@ pub trait Visit<B: Scalar> {
     fn wants(&self, class: u8) -> bool;
 }
 
+/// How rays go through the tree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Traversal {
+    /// As is best for the rays at hand: measured switches.
+    #[default]
+    Auto,
+    /// Eight rays of a packet together as long as one of them lives, groups of packets where they share an octant.
+    Packet,
+    /// Each ray by itself, against eight boxes at a time.
+    Single,
+    /// Packets, but each by itself, that fall apart into single rays where few of their rays are left.
+    Hybrid,
+}
+
 /// What is still to be looked at; kept between walks so that nothing is allocated.
 #[derive(Debug, Default)]
 pub struct Stack<B: Scalar>(Vec<Entry<B>>);
@@ -127,6 +141,7 @@ pub fn walk<B: Scalar>(
     packets: &mut [Packet<B>],
     stack: &mut Stack<B>,
     visit: &mut impl Visit<B>,
+    traversal: Traversal,
 ) {
     debug_assert!(packets.len() <= 8);
     if bvh.nodes.is_empty() {
@@ -137,13 +152,24 @@ pub fn walk<B: Scalar>(
     for (k, packet) in packets.iter().enumerate() {
         waiting |= u8::from(packet.live() != 0) << k;
     }
+    if traversal == Traversal::Single {
+        for k in bits(waiting) {
+            for lane in bits(packets[k].live()) {
+                walk_single(bvh, &mut packets[k], k, lane, stack, visit);
+            }
+        }
+        return;
+    }
+    let least_packet = if traversal == Traversal::Packet { 1 } else { LEAST_PACKET };
+    let alone = traversal == Traversal::Hybrid;
     while waiting != 0 {
         let first = waiting.trailing_zeros() as usize;
         match packets[first].octant() {
             Some(octant) => {
                 let mut group = 0u8;
                 for (k, packet) in packets.iter().enumerate() {
-                    if waiting >> k & 1 == 1 && packet.octant() == Some(octant) {
+                    let joins = waiting >> k & 1 == 1 && (k == first || !alone);
+                    if joins && packet.octant() == Some(octant) {
                         group |= 1 << k;
                     }
                 }
@@ -151,7 +177,7 @@ pub fn walk<B: Scalar>(
                 waiting &= !group;
             }
             None => {
-                walk_mixed(bvh, packets, first, stack, visit);
+                walk_mixed(bvh, packets, first, stack, visit, least_packet);
                 waiting &= !(1 << first);
             }
         }
@@ -165,12 +191,13 @@ fn walk_mixed<B: Scalar>(
     number: usize,
     stack: &mut Stack<B>,
     visit: &mut impl Visit<B>,
+    least_packet: u32,
 ) {
     let mut waiting = packets[number].live();
     while waiting != 0 {
         let lanes = packets[number].first_octant_lanes(waiting);
         waiting &= !lanes;
-        if lanes.count_ones() < LEAST_PACKET {
+        if lanes.count_ones() < least_packet {
             for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
                 walk_single(bvh, &mut packets[number], number, lane, stack, visit);
             }

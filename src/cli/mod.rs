@@ -7,6 +7,7 @@ mod compare;
 mod cpu;
 mod crosscheck;
 mod progress;
+mod rays;
 mod render;
 mod scene;
 mod stats;
@@ -40,6 +41,8 @@ enum Command {
     Compare(compare::Args),
     /// Render scenes with octray and with the installed POV-Ray, and compare pictures and times
     Crosscheck(crosscheck::Args),
+    /// Trace ray sets without a picture: how many a second, and what they hit
+    Rays(rays::Args),
 }
 
 /// Why a command did not do what it was asked to. Diagnostics of scenes have been printed by then.
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Crosscheck(args) => crosscheck::run(&args),
+        Command::Rays(args) => rays::run(&args),
     });
     let (message, code) = match done {
         Ok(()) => return ExitCode::SUCCESS,

@@ -98,18 +98,23 @@ enum FormatArg {
     Jpg,
 }
 
+impl From<PrecisionArg> for Precision {
+    fn from(precision: PrecisionArg) -> Self {
+        match precision {
+            PrecisionArg::Fast => Self::Fast,
+            PrecisionArg::Exact => Self::Exact,
+            PrecisionArg::Strict => Self::Strict,
+        }
+    }
+}
+
 impl TracingArgs {
     pub fn options(&self, width: usize, height: usize) -> RenderOptions {
-        let precision = match self.precision {
-            PrecisionArg::Fast => Precision::Fast,
-            PrecisionArg::Exact => Precision::Exact,
-            PrecisionArg::Strict => Precision::Strict,
-        };
         let engine = match self.engine {
             EngineArg::Packets => Engine::Packets,
             EngineArg::Reference => Engine::Reference,
         };
-        RenderOptions { width, height, threads: self.threads, precision, engine }
+        RenderOptions { width, height, threads: self.threads, precision: self.precision.into(), engine }
     }
 }
 

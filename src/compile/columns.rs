@@ -41,6 +41,11 @@ macro_rules! kinds {
                 match kind { $(Kind::$variant => self.$field.len()),* }
             }
 
+            /// Bytes of the rows of `kind`.
+            pub fn bytes(&self, kind: Kind) -> usize {
+                match kind { $(Kind::$variant => self.$field.len() * self.$field.row_bytes()),* }
+            }
+
             /// Box around a row.
             pub fn bounds(&self, kind: Kind, row: usize) -> Aabb {
                 match kind { $(Kind::$variant => self.$field.bounds(row)),* }

@@ -2,6 +2,7 @@
 
 use super::shapes::{push, push_mesh};
 use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
+use crate::bvh::Preset;
 use crate::csg::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
@@ -12,7 +13,7 @@ use rustc_hash::FxHashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The middle of what is finite in the scene.
+/// The middle of what is finite in the scene, or zero if that is not far off.
 pub(super) fn middle(scene: &Scene) -> DVec3 {
     let flat = flatten::<f64>(scene, DVec3::ZERO);
     let mut bounds = Aabb::EMPTY;
@@ -29,7 +30,12 @@ pub(super) fn middle(scene: &Scene) -> DVec3 {
             bounds = bounds.union(composite.bounds);
         }
     }
-    if bounds.is_finite() { bounds.center() } else { scene.camera.location }
+    if !bounds.is_finite() {
+        return scene.camera.location;
+    }
+    // Around the world's origin nothing is gained, and what was given in single precision would be rounded again.
+    let center = bounds.center();
+    if center.length() > (bounds.max - bounds.min).length() { center } else { DVec3::ZERO }
 }
 
 pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
@@ -79,7 +85,12 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
 }
 
 /// Builds the tree, puts rows in leaf order and numbers the surfaces.
-pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat: Flat<S>) -> Compiled<S, B> {
+pub(super) fn assemble<S: Scalar, B: Scalar>(
+    scene: &Scene,
+    origin: DVec3,
+    flat: Flat<S>,
+    preset: Preset,
+) -> Compiled<S, B> {
     let Flat { mut columns, parts, mut csg, plain, composites, part_tags, owners, textures, interiors } =
         flat;
     let mut items = Vec::new();
@@ -111,7 +122,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(scene: &Scene, origin: DVec3, flat:
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
-    let (bvh, mut order) = build_tree::<B>(&mut items);
+    let (bvh, mut order) = build_tree::<B>(&mut items, preset);
 
     let mut unbounded = Vec::new();
     let mut classes = 0;
@@ -356,6 +367,16 @@ impl<S: Scalar> Pass<S> {
     /// A tag for each triangle.
     fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> Vec<Tag> {
         let whole = self.tag(handed);
+        let mut tags = self.look_tags(mesh, handed, whole);
+        // Of two triangles at one place the first is seen, so each has a rank of its own.
+        for tag in &mut tags {
+            tag.rank = self.rank;
+            self.rank += 1;
+        }
+        tags
+    }
+
+    fn look_tags(&mut self, mesh: &Mesh, handed: &Handed, whole: Tag) -> Vec<Tag> {
         if mesh.textures.is_empty() {
             return vec![whole; mesh.triangles.len()];
         }

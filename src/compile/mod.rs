@@ -11,7 +11,7 @@ mod shapes;
 pub use columns::{Columns, Kind, WithBlock};
 pub use owner::{Owner, class};
 
-use crate::bvh::{Bvh, Item, Run, build};
+use crate::bvh::{Bvh, Item, Preset, Run, build};
 use crate::csg::CsgTree;
 use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
@@ -79,9 +79,21 @@ pub struct Compiled<S: Scalar, B: Scalar> {
 impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// Compiles `scene`.
     pub fn new(scene: &Scene) -> Self {
+        Self::with(scene, Preset::default())
+    }
+
+    /// The same with a tree that took more or less time to build.
+    pub fn with(scene: &Scene, preset: Preset) -> Self {
         let origin = if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF { flatten::middle(scene) } else { DVec3::ZERO };
         let flat = flatten::flatten::<S>(scene, origin);
-        flatten::assemble(scene, origin, flat)
+        flatten::assemble(scene, origin, flat, preset)
+    }
+
+    /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
+    pub fn bytes(&self) -> usize {
+        let columns: usize = Kind::ALL.iter().map(|&kind| self.columns.bytes(kind)).sum();
+        let tables = size_of_val(&self.owner[..]) + size_of_val(&self.rank[..]);
+        self.bvh.bytes() + columns + tables
     }
 
     /// True if any run has a class of `filter`.
@@ -119,6 +131,6 @@ fn item(kind: u8, index: usize, bounds: crate::kernel::Aabb, class: u8, cost: f3
     Item { bounds, kind, class, index: index as u32, cost }
 }
 
-fn build_tree<B: Scalar>(items: &mut [Item]) -> (Bvh<B>, Vec<Vec<u32>>) {
-    build(items, usize::from(COMPOSITE) + 1)
+fn build_tree<B: Scalar>(items: &mut [Item], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
+    build(items, usize::from(COMPOSITE) + 1, preset)
 }

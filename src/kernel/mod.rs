@@ -97,6 +97,11 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// Rows.
     fn len(&self) -> usize;
 
+    /// Bytes of a row; 0 for kinds that scenes do not have in such numbers that it matters.
+    fn row_bytes(&self) -> usize {
+        0
+    }
+
     /// True without rows.
     fn is_empty(&self) -> bool {
         self.len() == 0

@@ -31,6 +31,10 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         self.radius.len()
     }
 
+    fn row_bytes(&self) -> usize {
+        4 * size_of::<S>()
+    }
+
     /// Takes the discriminant at the ray's closest point to the centre, so a small or far sphere does not cancel
     /// (Haines, Günther, Akenine-Möller, Ray Tracing Gems, ch. 7), and the roots as `c/q` and `q/a`. Relative error
     /// of `t` about 4 roundings, more near the silhouette.

@@ -157,6 +157,10 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         self.normal[0].len()
     }
 
+    fn row_bytes(&self) -> usize {
+        12 * size_of::<S>()
+    }
+
     /// Watertight in the manner of Woop, Benthin, Wald (JCGT 2(1), 2013), with the even-odd rule for ties; `t` from
     /// the plane, which keeps it good on large triangles.
     #[inline(always)]
@@ -222,6 +226,10 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
 
     fn len(&self) -> usize {
         self.flat.len()
+    }
+
+    fn row_bytes(&self) -> usize {
+        21 * size_of::<S>()
     }
 
     #[inline(always)]

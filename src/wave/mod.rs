@@ -11,6 +11,7 @@ mod medium;
 mod queue;
 mod shade;
 mod shadow;
+mod stream;
 mod sums;
 mod tile;
 mod trace;
@@ -24,6 +25,7 @@ use glam::DVec3;
 use light::LightProgram;
 use queue::Lines;
 use rayon::prelude::*;
+pub use stream::{RayStream, StreamHits, trace_stream};
 use tile::{Shared, TileArea, TileWorker};
 use trace::{GROUP, Query, Tracer};
 

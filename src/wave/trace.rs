@@ -1,7 +1,7 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
 use super::queue::Lines;
-use crate::bvh::{Packet, Run, Stack, Visit, walk};
+use crate::bvh::{Packet, Run, Stack, Traversal, Visit, walk};
 use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock};
 use crate::csg::{Best, PartRoots, Scratch};
 use crate::kernel::{Block, Left, Rays};
@@ -62,9 +62,15 @@ pub struct Tracer<B: Scalar> {
     stack: Stack<B>,
     packets: Vec<Packet<B>>,
     scratch: Scratch,
+    traversal: Traversal,
 }
 
 impl<B: Scalar> Tracer<B> {
+    /// Walks the tree in the way that is asked for, not the one that is best for the rays.
+    pub fn with(traversal: Traversal) -> Self {
+        Self { traversal, ..Self::default() }
+    }
+
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
     pub fn nearest<S: Scalar>(&mut self, scene: &Compiled<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
         self.trace::<S, false>(scene, queries, filter);
@@ -86,7 +92,7 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
     ) {
-        let Self { stack, packets, scratch } = self;
+        let Self { stack, packets, scratch, traversal } = self;
         let mut leaves = Leaves::<S, B, ANY> { scene, queries, filter, scratch };
         for run in &scene.unbounded {
             if run.class & filter != 0 {
@@ -106,7 +112,7 @@ impl<B: Scalar> Tracer<B> {
                 lanes,
             ));
         }
-        walk(&scene.bvh, packets, stack, &mut leaves);
+        walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
     }
 }
 

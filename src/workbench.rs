@@ -1,0 +1,223 @@
+//! Rays in, hits and times out: a scene compiled as for a picture, and ray sets traced through it.
+//!
+//! Knows neither files nor text. Times are of the tracing alone: rays are loaded from columns, traced, and their hits
+//! written to columns, which is what a picture's waves do too.
+
+use crate::bvh::{Preset, Traversal};
+use crate::compile::Compiled;
+use crate::lane::Scalar;
+use crate::ray_set::{RayHits, RayQuery, RaySet};
+use crate::render::Precision;
+use crate::scene::{Camera, Projection, Scene};
+use crate::wave::{FirstHit, RayStream, StreamHits, nearest_hits, trace_stream};
+use cpu_time::ProcessTime;
+use glam::DVec3;
+use std::time::Instant;
+
+/// A scene that is ready for rays, and what it took to make it so.
+pub struct Workbench {
+    prepared: Prepared,
+    pool: rayon::ThreadPool,
+    /// Seconds from scene to columns and tree, of the clock on the wall.
+    pub build_s: f64,
+    /// The same in processor time of all threads.
+    pub build_cpu_s: f64,
+    /// Bytes of the tree, its leaves' columns and the tables beside them.
+    pub bytes: usize,
+    /// Expected box and primitive tests of a ray through the tree, by the surface-area heuristic (see
+    /// [`crate::bvh::Bvh::sah`]).
+    pub sah: f64,
+}
+
+/// The scene in one of the precisions.
+enum Prepared {
+    Fast(Compiled<f32, f32>),
+    Exact(Compiled<f64, f32>),
+    Strict(Compiled<f64, f64>),
+}
+
+/// A set's hits, and what each repetition cost.
+#[derive(Debug, Clone, Default)]
+pub struct Measured {
+    /// Of the last repetition; all are alike.
+    pub hits: RayHits,
+    /// Seconds of the clock on the wall.
+    pub wall_s: Vec<f64>,
+    /// Seconds of processor time, summed over threads.
+    pub cpu_s: Vec<f64>,
+}
+
+impl Workbench {
+    /// Compiles `scene`; builds and traces with `threads` threads (0: one per processor).
+    ///
+    /// # Errors
+    /// If threads cannot be started.
+    pub fn new(
+        scene: &Scene,
+        precision: Precision,
+        preset: Preset,
+        threads: usize,
+    ) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let (wall, cpu) = (Instant::now(), ProcessTime::now());
+        let prepared = pool.install(|| match precision {
+            Precision::Fast => Prepared::Fast(Compiled::with(scene, preset)),
+            Precision::Exact => Prepared::Exact(Compiled::with(scene, preset)),
+            Precision::Strict => Prepared::Strict(Compiled::with(scene, preset)),
+        });
+        let (build_s, build_cpu_s) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        let (bytes, sah) = match &prepared {
+            Prepared::Fast(scene) => (scene.bytes(), scene.bvh.sah()),
+            Prepared::Exact(scene) => (scene.bytes(), scene.bvh.sah()),
+            Prepared::Strict(scene) => (scene.bytes(), scene.bvh.sah()),
+        };
+        Ok(Self { prepared, pool, build_s, build_cpu_s, bytes, sah })
+    }
+
+    /// Threads that trace.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Traces `rays` `repeat` times, at least once.
+    pub fn measure(&self, rays: &RaySet, traversal: Traversal, repeat: usize) -> Measured {
+        self.pool.install(|| match &self.prepared {
+            Prepared::Fast(scene) => measure(scene, rays, traversal, repeat),
+            Prepared::Exact(scene) => measure(scene, rays, traversal, repeat),
+            Prepared::Strict(scene) => measure(scene, rays, traversal, repeat),
+        })
+    }
+}
+
+fn measure<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    rays: &RaySet,
+    traversal: Traversal,
+    repeat: usize,
+) -> Measured {
+    let stream = RayStream::new(rays, scene.origin);
+    let mut hits = StreamHits::new(&stream);
+    let mut measured = Measured::default();
+    for _ in 0..repeat.max(1) {
+        let (wall, cpu) = (Instant::now(), ProcessTime::now());
+        trace_stream(scene, &stream, traversal, &mut hits);
+        measured.cpu_s.push(cpu.elapsed().as_secs_f64());
+        measured.wall_s.push(wall.elapsed().as_secs_f64());
+    }
+    measured.hits = hits.develop(scene, rays, &stream);
+    measured
+}
+
+/// Ray sets as pictures make them: a camera's rays in blocks of 8 by 8 pixels, and what they become where they hit.
+pub struct CameraRays {
+    /// Through the middles of a square picture's pixels, in Morton order within and across blocks.
+    pub camera: RaySet,
+    /// Row in `camera`, point (moved off the surface) and normal (towards the viewer) of each hit.
+    hits: Vec<(usize, DVec3, DVec3)>,
+}
+
+/// Secondary rays start so far off the surface, as a share of the distance they were seen from, or of a thousandth of
+/// the geometry's extent if that is more.
+const OFF_SURFACE: f64 = 1e-4;
+
+impl CameraRays {
+    /// `size` (a multiple of 8) rays a side.
+    pub fn new(bench: &Workbench, camera: &Camera, size: usize) -> Self {
+        let mut set = RaySet::default();
+        let mut lines = Vec::with_capacity(size * size);
+        let blocks = size / 8;
+        for number in 0..size * size {
+            let (block, cell) = (number / 64, number % 64);
+            let (bx, by) = if blocks.is_power_of_two() {
+                (even_bits(block), even_bits(block >> 1))
+            } else {
+                (block % blocks, block / blocks)
+            };
+            let (x, y) = (bx * 8 + even_bits(cell), by * 8 + even_bits(cell >> 1));
+            let s = (x as f64 + 0.5) / size as f64 - 0.5;
+            let t = 0.5 - (y as f64 + 0.5) / size as f64;
+            let across = camera.right * s + camera.up * t;
+            let (origin, dir) = match camera.projection {
+                Projection::Perspective => (camera.location, camera.direction + across),
+                Projection::Orthographic => (camera.location + across, camera.direction),
+            };
+            let dir = dir.normalize();
+            set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, f32::INFINITY));
+            lines.push((origin, dir));
+        }
+        let (found, bounds) = match &bench.prepared {
+            Prepared::Fast(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
+            Prepared::Exact(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
+            Prepared::Strict(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
+        };
+        let extent = (bounds.max - bounds.min).max_element().max(0.0);
+        let hit = |(row, hit): (usize, Option<FirstHit>)| {
+            let hit = hit?;
+            let normal = if hit.normal.dot(lines[row].1) > 0.0 { -hit.normal } else { hit.normal };
+            Some((row, hit.point + normal * (OFF_SURFACE * hit.t.max(1e-3 * extent)), normal))
+        };
+        let hits = found.into_iter().enumerate().filter_map(hit).collect();
+        Self { camera: set, hits }
+    }
+
+    /// From the hits to `light`, which itself does not count.
+    pub fn shadow(&self, light: DVec3) -> RaySet {
+        let rays = self.hits.iter().map(|&(_, point, _)| (point, light - point, 0.9999));
+        RaySet { query: RayQuery::Any, ..set_of(rays) }
+    }
+
+    /// Mirrored at the hits.
+    pub fn mirror(&self) -> RaySet {
+        set_of(self.hits.iter().map(|&(row, point, normal)| {
+            let dir = DVec3::from_array(self.camera.dir.each_ref().map(|column| f64::from(column[row])));
+            (point, (dir - normal * (2.0 * dir.dot(normal))).normalize(), f32::INFINITY)
+        }))
+    }
+
+    /// From the hits into random directions, as a matt surface scatters light: by the cosine.
+    pub fn diffuse(&self) -> RaySet {
+        set_of(self.hits.iter().map(|&(row, point, normal)| {
+            let (turn, share) = (random(row as u32, 1), random(row as u32, 2));
+            let (a, b) = normal.any_orthonormal_pair();
+            let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
+            let dir = (a * cos + b * sin) * share.sqrt() + normal * (1.0 - share).sqrt();
+            (point, dir.normalize(), f32::INFINITY)
+        }))
+    }
+}
+
+/// Start, direction and how far.
+fn set_of(rays: impl Iterator<Item = (DVec3, DVec3, f32)>) -> RaySet {
+    let mut set = RaySet::default();
+    for (origin, dir, far) in rays {
+        set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, far));
+    }
+    set
+}
+
+/// The number that every second bit of `bits` makes: one coordinate of a place on the Morton curve.
+fn even_bits(bits: usize) -> usize {
+    (0..usize::BITS / 2).fold(0, |number, k| number | (bits >> (2 * k) & 1) << k)
+}
+
+/// A number from 0 to 1 that depends on its seeds alone: two rounds of an integer hash that leaves no visible pattern.
+fn random(row: u32, which: u32) -> f64 {
+    let hash = |x: u32| {
+        let x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
+        let x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+        x ^ x >> 16
+    };
+    f64::from(hash(row.wrapping_mul(0x9e37_79b9).wrapping_add(hash(which.wrapping_add(0x85eb_ca6b)))))
+        / (f64::from(u32::MAX) + 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn morton_order_walks_in_squares() {
+        let places: Vec<_> = (0..8).map(|k| (even_bits(k), even_bits(k >> 1))).collect();
+        assert_eq!(places, [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (3, 0), (2, 1), (3, 1)]);
+    }
+}

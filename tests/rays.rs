@@ -1,0 +1,119 @@
+//! `octray rays` from outside, and its hits against the oracle's reckoning.
+
+use octray::ray_io::{read_rays, write_rays};
+use octray::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn octray(folder: &Path, args: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_octray"));
+    command.current_dir(folder).args(args.split_whitespace()).output().expect("the program starts")
+}
+
+fn lines(output: &Output) -> Vec<serde_json::Value> {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
+}
+
+/// `n` by `n` squares of two triangles each over -1..1 in x and z, with a wave in y.
+fn sheet(n: u32) -> Vec<u8> {
+    let mut bytes = b"MESH0001".to_vec();
+    bytes.extend(((n + 1) * (n + 1)).to_le_bytes());
+    bytes.extend((2 * n * n).to_le_bytes());
+    for k in 0..(n + 1) * (n + 1) {
+        let at = |i: u32| 2.0 * i as f32 / n as f32 - 1.0;
+        let (x, z) = (at(k % (n + 1)), at(k / (n + 1)));
+        bytes.extend([x, 0.2 * (5.0 * x).sin() * (4.0 * z).cos(), z].iter().flat_map(|c| c.to_le_bytes()));
+    }
+    for k in 0..n * n {
+        let a = k / n * (n + 1) + k % n;
+        let (b, c, d) = (a + 1, a + n + 1, a + n + 2);
+        bytes.extend([a, b, c, b, d, c].iter().flat_map(|i| i.to_le_bytes()));
+    }
+    bytes
+}
+
+/// Spheres in a spiral.
+fn spiral(n: u32) -> Vec<u8> {
+    let mut bytes = b"SPHR0001".to_vec();
+    bytes.extend(n.to_le_bytes().iter().chain(&[0; 4]));
+    for k in 0..n {
+        let angle = k as f32 * 0.3;
+        let row = [angle.cos() * 0.7, k as f32 / n as f32 - 0.5, angle.sin() * 0.7, 0.05];
+        bytes.extend(row.iter().flat_map(|c| c.to_le_bytes()));
+    }
+    bytes
+}
+
+const CAMERA: &str = "--eye 0.4,1.5,2.5 --light 3,0.4,2 --size 64";
+
+#[test]
+fn every_walk_precision_and_tree_finds_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.mesh"), sheet(40)).unwrap();
+    fs::write(folder.path().join("spiral.sph"), spiral(300)).unwrap();
+    for geometry in ["--mesh sheet.mesh", "--spheres spiral.sph"] {
+        let made = octray(folder.path(), &format!("rays {geometry} {CAMERA} -p strict --dump set"));
+        let sets: Vec<String> =
+            lines(&made).iter().map(|line| line["set"].as_str().unwrap().to_owned()).collect();
+        assert_eq!(sets, ["camera", "shadow", "mirror", "diffuse"]);
+        let files: String = sets.iter().map(|set| format!(" --rays set.{set}.rays")).collect();
+        for precision in ["fast", "exact"] {
+            for (traversal, build) in
+                [("packet", "fast"), ("single", "balanced"), ("hybrid", "best"), ("auto", "balanced")]
+            {
+                let args = format!(
+                    "rays {geometry}{files} -p {precision} --traversal {traversal} --build {build} -t 2"
+                );
+                for line in lines(&octray(folder.path(), &args)) {
+                    assert!(line["hits"].as_u64() > Some(0), "{line}");
+                    // In single precision a start just off a ball is nearer to it than its roundings tell: of the
+                    // thousands of rays a few graze another root.
+                    let few = if precision == "fast" { 4 } else { 0 };
+                    assert!(line["differs"].as_u64() <= Some(few), "{line}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_hits_are_compared_and_found_hits_written() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.mesh"), sheet(2)).unwrap();
+    let mut rays = RaySet::default();
+    rays.push([0.1, 5.0, 0.1], [0.0, -1.0, 0.0], (0.0, f32::INFINITY));
+    rays.push([0.1, 5.0, 0.1], [0.0, 1.0, 0.0], (0.0, f32::INFINITY));
+    // Not of unit length: `t` counts in lengths.
+    rays.push([0.1, 5.0, 0.1], [0.0, -10.0, 0.0], (0.0, 1.0));
+    let wrong = RayHits { t: vec![1.0, f32::INFINITY, 0.5], primitive: vec![0, NO_PRIMITIVE, 0] };
+    fs::write(folder.path().join("few.rays"), write_rays(&rays, &wrong)).unwrap();
+    let output = octray(folder.path(), "rays --mesh sheet.mesh --rays few.rays --explain 1 --dump out");
+    assert_eq!(lines(&output)[0]["differs"], 2);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("ray 0 from"));
+    let (_, found) = read_rays(&fs::read(folder.path().join("out.few.rays")).unwrap()).unwrap();
+    assert!((found.t[0] - 5.0).abs() < 0.3 && (found.t[2] * 10.0 - found.t[0]).abs() < 1e-4, "{found:?}");
+    assert_eq!(found.differing(&wrong, RayQuery::Closest), [0, 2]);
+}
+
+#[test]
+fn what_cannot_be_traced_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.mesh"), sheet(2)).unwrap();
+    for (args, code, says) in [
+        ("rays", 2, "required"),
+        ("rays --mesh sheet.mesh", 2, "--eye"),
+        ("rays --mesh none.mesh --eye 1,2,3", 3, "none.mesh"),
+        ("rays --spheres sheet.mesh --eye 1,2,3", 2, "other kind"),
+        ("rays --mesh sheet.mesh --rays sheet.mesh", 3, "RAYS0001"),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --size 12", 2, "multiple of 8"),
+        ("rays --mesh sheet.mesh --eye 0,1,0", 2, "--up"),
+    ] {
+        let output = octray(folder.path(), args);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{args}: {told}");
+        assert!(told.contains(says), "{args}: {told}");
+    }
+}
