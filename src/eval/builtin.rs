@@ -11,33 +11,18 @@ impl Machine<'_> {
     /// A built-in number, vector or call of a function; `None` (and nothing taken) if the word is none.
     pub fn builtin(&mut self, word: Keyword) -> Res<Option<Num>> {
         use Keyword as K;
-        let constant = match word {
-            K::Pi => PI,
-            K::True | K::Yes | K::On => 1.0,
-            K::False | K::No | K::Off => 0.0,
-            K::Clock => self.options.clock,
-            K::ClockOn => 0.0,
-            K::Version => self.version_read(),
-            K::Now => now(),
-            _ => return self.builtin_vector(word),
+        let value = match word {
+            K::Clock => Num::float(self.options.clock),
+            K::ClockOn => Num::float(0.0),
+            K::Version => Num::float(self.version_read()),
+            K::Now => Num::float(now()),
+            _ => match constant(word) {
+                Some(value) => value,
+                None => return self.deeper(|m| m.builtin_call(word)),
+            },
         };
         self.next()?;
-        Ok(Some(Num::float(constant)))
-    }
-
-    fn builtin_vector(&mut self, word: Keyword) -> Res<Option<Num>> {
-        use Keyword as K;
-        let axis = match word {
-            K::X => Num { n: 3, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
-            K::Y => Num { n: 3, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
-            K::Z => Num { n: 3, v: [0.0, 0.0, 1.0, 0.0, 0.0] },
-            K::T => Num { n: 4, v: [0.0, 0.0, 0.0, 1.0, 0.0] },
-            K::U => Num { n: 2, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
-            K::V => Num { n: 2, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
-            _ => return self.deeper(|m| m.builtin_call(word)),
-        };
-        self.next()?;
-        Ok(Some(axis))
+        Ok(Some(value))
     }
 
     fn builtin_call(&mut self, word: Keyword) -> Res<Option<Num>> {
@@ -55,11 +40,9 @@ impl Machine<'_> {
         let at = self.next()?;
         self.expect(Mark::OpenParen)?;
         let value = match word {
-            K::Atan2 => self.two(f64::atan2)?,
-            K::Pow => self.two(f64::powf)?,
-            // C's fmod: the sign is the first one's.
-            K::Mod => self.two(|a, b| a % b)?,
-            K::Div => self.two(|a, b| to_int(a / b))?,
+            K::Atan2 | K::Pow | K::Mod | K::Div => {
+                self.two(float_function_of_two(word).unwrap_or(f64::powf))?
+            }
             K::BitwiseAnd => self.fold_bits(|a, b| a & b)?,
             K::BitwiseOr => self.fold_bits(|a, b| a | b)?,
             K::BitwiseXor => self.fold_bits(|a, b| a ^ b)?,
@@ -122,24 +105,16 @@ impl Machine<'_> {
             }
             K::Vnormalize => {
                 let v = self.vector()?;
-                // A zero vector stays one, as in POV-Ray 3.7.
-                Num::vector(v.try_normalize().unwrap_or(DVec3::ZERO))
+                Num::vector(normalized(v))
             }
             K::Vrotate => {
                 let (v, degrees) = self.two_vectors()?;
-                let r = degrees * (PI / 180.0);
-                let turn =
-                    DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
-                Num::vector(turn * v)
+                Num::vector(rotated(v, degrees))
             }
             K::VaxisRotate => {
                 let (v, axis) = self.two_vectors()?;
                 self.comma()?;
-                let angle = self.float()?.to_radians();
-                match axis.try_normalize() {
-                    Some(axis) => Num::vector(DQuat::from_axis_angle(axis, angle) * v),
-                    None => Num::vector(v),
-                }
+                Num::vector(rotated_about(v, axis, self.float()?))
             }
             _ => {
                 let message = format!("not modelled yet: `{}` in an expression", word.text());
@@ -238,6 +213,66 @@ pub(super) fn next_random(state: &AtomicU32) -> f64 {
     let next = state.load(Ordering::Relaxed).wrapping_mul(1_812_433_253).wrapping_add(12_345);
     state.store(next, Ordering::Relaxed);
     f64::from(next) / f64::from(u32::MAX)
+}
+
+/// A vector at unit length. A zero vector stays one, as in POV-Ray 3.7.
+pub(super) fn normalized(v: DVec3) -> DVec3 {
+    v.try_normalize().unwrap_or(DVec3::ZERO)
+}
+
+/// `vrotate`: about x, then y, then z.
+pub(super) fn rotated(v: DVec3, degrees: DVec3) -> DVec3 {
+    let r = degrees * (PI / 180.0);
+    let turn = DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
+    turn * v
+}
+
+/// `vaxis_rotate`.
+pub(super) fn rotated_about(v: DVec3, axis: DVec3, degrees: f64) -> DVec3 {
+    axis.try_normalize().map_or(v, |axis| DQuat::from_axis_angle(axis, degrees.to_radians()) * v)
+}
+
+/// Words that stand for one number or vector, always the same.
+pub(super) fn constant(word: Keyword) -> Option<Num> {
+    use Keyword as K;
+    Some(match word {
+        K::Pi => Num::float(PI),
+        K::True | K::Yes | K::On => Num::float(1.0),
+        K::False | K::No | K::Off => Num::float(0.0),
+        K::X => Num { n: 3, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
+        K::Y => Num { n: 3, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
+        K::Z => Num { n: 3, v: [0.0, 0.0, 1.0, 0.0, 0.0] },
+        K::T => Num { n: 4, v: [0.0, 0.0, 0.0, 1.0, 0.0] },
+        K::U => Num { n: 2, v: [1.0, 0.0, 0.0, 0.0, 0.0] },
+        K::V => Num { n: 2, v: [0.0, 1.0, 0.0, 0.0, 0.0] },
+        _ => return None,
+    })
+}
+
+/// Functions of two floats.
+pub(super) fn float_function_of_two(word: Keyword) -> Option<fn(f64, f64) -> f64> {
+    use Keyword as K;
+    Some(match word {
+        K::Atan2 => f64::atan2,
+        K::Pow => f64::powf,
+        // C's fmod: the sign is the first one's.
+        K::Mod => remainder,
+        K::Div => |a, b| to_int(a / b),
+        _ => return None,
+    })
+}
+
+/// As `a % b`; small whole numbers, the most usual ones, take a tenth of the time.
+fn remainder(a: f64, b: f64) -> f64 {
+    // Exact both ways. A zero has the sign of `a`.
+    const SMALL: f64 = (1u64 << 31) as f64;
+    if a >= 0.0 && b > 0.0 && a < SMALL && b < SMALL {
+        let (x, y) = (a as u32, b as u32);
+        if f64::from(x) == a && f64::from(y) == b && a.is_sign_positive() {
+            return f64::from(x % y);
+        }
+    }
+    a % b
 }
 
 /// Functions of one float. Trigonometry in radians.

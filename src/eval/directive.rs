@@ -161,8 +161,7 @@ impl Machine<'_> {
         if holds {
             return Ok(());
         }
-        let Some(frame) = self.frames.last() else { return Ok(()) };
-        let next = self.programs[frame.program as usize].tokens[jump as usize];
+        let next = self.text.tokens[jump as usize];
         self.jump(jump + 1);
         match next {
             Token::Directive(Directive::Elseif, next) => {
@@ -185,8 +184,7 @@ impl Machine<'_> {
     fn switch(&mut self, mut jump: u32) -> Res<()> {
         let value = self.condition_value()?.v[0];
         loop {
-            let Some(frame) = self.frames.last() else { return Ok(()) };
-            let branch = self.programs[frame.program as usize].tokens[jump as usize];
+            let branch = self.text.tokens[jump as usize];
             self.jump(jump + 1);
             let (matches, next) = match branch {
                 Token::Directive(Directive::Case, next) => {
@@ -234,7 +232,7 @@ impl Machine<'_> {
             Some(_) => self.scopes.declare(symbol, value),
             None => self.scopes.local(symbol, value),
         }
-        let body = self.frames.last().map_or(end, |frame| frame.next);
+        let body = self.at;
         self.loops.push(Loop { symbol, last, step, body });
         self.turn(first, end + 1);
         Ok(())
@@ -271,7 +269,7 @@ impl Machine<'_> {
         let params = self.macro_parameters();
         self.expand = expand;
         let params = params.inspect_err(|_| self.jump(end + 1))?;
-        let body = self.frames.last().map_or(end, |frame| frame.next);
+        let body = self.at;
         let value = Macro { name: symbol, params, program: at.program, body };
         self.scopes.declare(symbol, Value::Macro(Arc::new(value)));
         self.jump(end + 1);

@@ -1,5 +1,6 @@
 //! Numbers, vectors and colours: expressions (manual section 3.1.3 to 3.1.7).
 
+use super::compiled::{Level, compare};
 use super::machine::{Lexeme, Machine, Res, Stop};
 use super::scope::Slot;
 use super::value::{Array, Num, Value};
@@ -13,6 +14,9 @@ use super::directive::EQUAL_WITHIN;
 impl Machine<'_> {
     /// A float.
     pub fn float(&mut self) -> Res<f64> {
+        if let Some(value) = self.quick_float() {
+            return Ok(value);
+        }
         let start = self.peek_lexeme()?;
         let value = self.expr()?;
         if value.n == 1 {
@@ -25,6 +29,9 @@ impl Machine<'_> {
 
     /// A 3-vector; a float stands for all three components.
     pub fn vector(&mut self) -> Res<DVec3> {
+        if let Some(value) = self.literal_vector() {
+            return Ok(value);
+        }
         let start = self.peek_lexeme()?;
         let value = self.expr()?.xyz();
         if !value.is_finite() {
@@ -48,35 +55,61 @@ impl Machine<'_> {
     /// Sums of products.
     #[inline]
     pub fn expr(&mut self) -> Res<Num> {
-        if let Some(value) = self.literal() {
+        if let Some(value) = self.literal().or_else(|| self.compiled(Level::Sum)) {
             return Ok(value);
         }
         let first = self.factor()?;
         self.expr_from(first)
     }
 
-    /// The next token, if it is a number or vector that is a whole expression because no operator or directive follows.
-    /// Nothing but speed: data is mostly this.
+    /// True if the token behind the next one is a mark that no expression goes on with. Nothing but speed: data is mostly
+    /// numbers and vectors that stand alone.
+    #[inline]
+    fn stands_alone(&self) -> bool {
+        use Mark::{CloseBrace, CloseBracket, CloseParen, Comma, Greater, Semicolon};
+        matches!(
+            self.text.tokens.get(self.at as usize + 1),
+            Some(Token::Mark(Comma | CloseBrace | CloseBracket | CloseParen | Greater | Semicolon))
+        )
+    }
+
+    /// The next token, if it is a number or vector that is a whole expression.
     #[inline]
     fn literal(&mut self) -> Option<Num> {
-        let (program, at) = self.raw_position()?;
-        let program = &self.programs[program as usize];
-        use Mark::{CloseBrace, CloseBracket, CloseParen, Comma, Greater, Semicolon};
-        let Token::Mark(Comma | CloseBrace | CloseBracket | CloseParen | Greater | Semicolon) =
-            program.tokens.get(at as usize + 1)?
-        else {
+        if let Some(v) = self.literal_vector() {
+            return Some(Num::vector(v));
+        }
+        let Token::Number(value) = self.peek_raw() else { return None };
+        if !self.stands_alone() {
             return None;
-        };
-        let value = match program.tokens[at as usize] {
-            Token::Number(value) => Num::float(value),
-            Token::Vector(first, 3) => {
-                let v = &program.numbers[first as usize..][..3];
-                Num { n: 3, v: [v[0], v[1], v[2], 0.0, 0.0] }
-            }
-            _ => return None,
-        };
+        }
         self.take_raw();
-        Some(value)
+        Some(Num::float(value))
+    }
+
+    /// The next token, if it is a vector of three that is a whole expression.
+    #[inline]
+    pub fn literal_vector(&mut self) -> Option<DVec3> {
+        let Token::Vector(first, 3) = self.peek_raw() else { return None };
+        let v = &self.text.numbers[first as usize..][..3];
+        let v = DVec3::new(v[0], v[1], v[2]);
+        if !self.stands_alone() || !v.is_finite() {
+            return None;
+        }
+        self.take_raw();
+        Some(v)
+    }
+
+    /// The float that is next, if it need not be read token by token.
+    #[inline]
+    fn quick_float(&mut self) -> Option<f64> {
+        if let Token::Number(value) = self.peek_raw()
+            && self.stands_alone()
+        {
+            self.take_raw();
+            return Some(value);
+        }
+        self.compiled_float()
     }
 
     /// The rest of an expression whose first factor has been read.
@@ -228,6 +261,9 @@ impl Machine<'_> {
 
     /// `a ? b : c`, or what may stand before `?`. Both sides are evaluated, as POV-Ray does.
     pub fn choice(&mut self) -> Res<Num> {
+        if let Some(value) = self.compiled(Level::Choice) {
+            return Ok(value);
+        }
         let value = self.logical()?;
         if !self.accept(Mark::Question)? {
             return Ok(value);
@@ -273,15 +309,7 @@ impl Machine<'_> {
                 return Err(self.error(message, self.span(at)));
             }
             let (a, b) = (value.v[0], right.v[0]);
-            let holds = match mark {
-                Mark::Less => a < b,
-                Mark::LessEqual => a <= b + EQUAL_WITHIN,
-                Mark::Equal => (a - b).abs() < EQUAL_WITHIN,
-                Mark::NotEqual => (a - b).abs() >= EQUAL_WITHIN,
-                Mark::GreaterEqual => a >= b - EQUAL_WITHIN,
-                _ => a > b,
-            };
-            value = Num::float(f64::from(holds));
+            value = Num::float(f64::from(compare(mark, a, b)));
         }
     }
 
@@ -341,6 +369,9 @@ impl Machine<'_> {
 
     /// What may stand to the right of `#declare Name =`.
     pub fn rvalue(&mut self) -> Res<Value> {
+        if let Some(num) = self.compiled(Level::Sum) {
+            return Ok(Value::Number(num));
+        }
         self.deeper(|m| match m.peek()? {
             Token::Name(_) => {
                 let lexeme = m.next()?;
@@ -362,6 +393,16 @@ impl Machine<'_> {
 
     /// A macro's argument. A bare name or array element is handed over by reference, anything else by value.
     pub fn argument(&mut self) -> Res<Slot> {
+        // A name with an operator behind it is an expression; anything but a name may be one.
+        use Mark::{Dot, Minus, Plus, Slash, Star};
+        let expression = !matches!(self.peek_raw(), Token::Name(_))
+            || matches!(
+                self.text.tokens.get(self.at as usize + 1),
+                Some(Token::Mark(Plus | Minus | Star | Slash | Dot))
+            );
+        if expression && let Some(num) = self.compiled(Level::Sum) {
+            return Ok(Slot::Value(Value::Number(num)));
+        }
         let Token::Name(symbol) = self.peek()? else { return Ok(Slot::Value(self.rvalue()?)) };
         let lexeme = self.next()?;
         let Some(mut place) = self.scopes.place(symbol) else { return self.unknown(symbol, lexeme) };
@@ -379,16 +420,13 @@ impl Machine<'_> {
         let gone = self.scopes.depth() < depth;
         match value {
             Some(Value::Poison) => Err(Stop::Silent),
-            Some(Value::Number(num)) => {
-                use Mark::{Dot, Minus, Plus, Slash, Star};
-                match next {
-                    Token::Mark(Plus | Minus | Star | Slash | Dot) => {
-                        Ok(Slot::Value(Value::Number(self.expr_from(num)?)))
-                    }
-                    _ if gone => Ok(Slot::Value(Value::Number(num))),
-                    _ => Ok(Slot::Reference(place)),
+            Some(Value::Number(num)) => match next {
+                Token::Mark(Plus | Minus | Star | Slash | Dot) => {
+                    Ok(Slot::Value(Value::Number(self.expr_from(num)?)))
                 }
-            }
+                _ if gone => Ok(Slot::Value(Value::Number(num))),
+                _ => Ok(Slot::Reference(place)),
+            },
             Some(Value::Function(function)) if next == Token::Mark(Mark::OpenParen) => {
                 let first = self.call_function(&function)?;
                 Ok(Slot::Value(Value::Number(self.expr_from(first)?)))

@@ -13,6 +13,9 @@
 mod builtin;
 mod camera;
 mod color;
+mod compiled;
+mod complaint;
+mod cursor;
 mod data_file;
 mod directive;
 mod expr;

@@ -233,7 +233,7 @@ impl Machine<'_> {
             }
             K::Transform => {
                 self.next()?;
-                Value::Transform(self.transform_block()?)
+                Value::Transform(self.transform_block()?.into())
             }
             K::Pigment => {
                 self.next()?;

@@ -45,7 +45,7 @@ impl Machine<'_> {
     /// `transform { ... inverse }`, or the name of one.
     pub fn transform_block(&mut self) -> Res<Transform> {
         let named = |value: &Value| match value {
-            Value::Transform(transform) => Some(*transform),
+            Value::Transform(transform) => Some(**transform),
             _ => None,
         };
         if let Some(transform) = self.take_named(named)? {

@@ -1,7 +1,7 @@
 //! What a name can stand for.
 
 use crate::lang::Symbol;
-use crate::scene::{ColorMap, Finish, Interior, Light, Object, Pigment, Texture, Transform};
+use crate::scene::{ColorMap, Finish, Interior, Light, Object, Pigment, Placement, Texture};
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub(super) enum Value {
     Macro(Arc<Macro>),
     Function(Arc<super::function::Function>),
     Random(Arc<std::sync::atomic::AtomicU32>),
-    Transform(Transform),
+    Transform(Placement),
     Pigment(Arc<With<Pigment>>),
     Texture(Arc<With<Texture>>),
     Finish(Arc<With<Finish>>),
