@@ -76,9 +76,9 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
                     Some(Kind::Triangle)
                 }
                 Some(normals) => {
-                    columns
-                        .smooth_triangles
-                        .push(corners, normals.map(|n| place.normal(n).normalize_or_zero()));
+                    let mut normals = normals.map(|n| place.normal(n));
+                    shrink(&mut normals);
+                    columns.smooth_triangles.push(corners, normals);
                     Some(Kind::SmoothTriangle)
                 }
             }
@@ -95,7 +95,8 @@ pub(super) fn push_mesh<S: Scalar>(
     mut placed: impl FnMut(Kind, usize, usize),
 ) {
     let vertices: Vec<DVec3> = mesh.vertices.iter().map(|&v| place.point(v)).collect();
-    let normals: Vec<DVec3> = mesh.normals.iter().map(|&n| place.normal(n).normalize_or_zero()).collect();
+    let mut normals: Vec<DVec3> = mesh.normals.iter().map(|&n| place.normal(n)).collect();
+    shrink(&mut normals);
     for (number, triangle) in mesh.triangles.iter().enumerate() {
         let corners = triangle.vertices.map(|v| vertices[v as usize]);
         match triangle.normals {
@@ -108,6 +109,15 @@ pub(super) fn push_mesh<S: Scalar>(
                 placed(Kind::SmoothTriangle, columns.smooth_triangles.len() - 1, number);
             }
         }
+    }
+}
+
+/// Makes the longest normal a unit one. Their lengths against each other stay: normals are blended before they are placed,
+/// and a map that stretches weighs them by what it makes of each.
+fn shrink(normals: &mut [DVec3]) {
+    let longest = normals.iter().map(|n| n.length()).fold(0.0, f64::max);
+    if longest > 0.0 && longest.is_finite() {
+        normals.iter_mut().for_each(|n| *n /= longest);
     }
 }
 

@@ -9,8 +9,8 @@ use glam::DVec3;
 /// A light's words before its kind is known.
 struct Draft {
     light: Light,
-    spot: bool,
-    cylinder: bool,
+    beam: Beam,
+    was_cylinder: bool,
     radius: Option<f64>,
     falloff: Option<f64>,
     tightness: f64,
@@ -18,6 +18,16 @@ struct Draft {
     fade_power: f64,
     looks_like: Option<Object>,
     lacks: Lacks,
+}
+
+/// POV-Ray has one slot for these: the word said last holds (measured: a `spotlight` that is `shadowless` after that
+/// shines everywhere).
+#[derive(Clone, Copy, PartialEq)]
+enum Beam {
+    Point,
+    Spot,
+    Cylinder,
+    Shadowless,
 }
 
 impl Machine<'_> {
@@ -46,8 +56,8 @@ impl Machine<'_> {
                 shadowless: false,
                 fade: None,
             },
-            spot: false,
-            cylinder: false,
+            beam: Beam::Point,
+            was_cylinder: false,
             radius: None,
             falloff: None,
             tightness: 0.0,
@@ -73,11 +83,12 @@ impl Machine<'_> {
         match word {
             K::Spotlight => {
                 self.next()?;
-                draft.spot = true;
+                draft.beam = Beam::Spot;
             }
             K::Cylinder => {
                 self.next()?;
-                draft.cylinder = true;
+                draft.beam = Beam::Cylinder;
+                draft.was_cylinder = true;
             }
             K::Parallel => {
                 self.next()?;
@@ -85,7 +96,7 @@ impl Machine<'_> {
             }
             K::Shadowless => {
                 self.next()?;
-                draft.light.shadowless = true;
+                draft.beam = Beam::Shadowless;
             }
             K::PointAt => {
                 self.next()?;
@@ -181,18 +192,25 @@ impl Draft {
     }
 
     fn finish(mut self) -> ObjectValue {
-        if self.spot {
-            self.light.kind = LightKind::Spot {
-                radius: self.radius.unwrap_or(30.0).to_radians(),
-                falloff: self.falloff.unwrap_or(45.0).to_radians(),
-                tightness: self.tightness,
-            };
-        } else if self.cylinder {
-            self.light.kind = LightKind::Cylinder {
-                radius: self.radius.unwrap_or(0.75),
-                falloff: self.falloff.unwrap_or(1.0),
-                tightness: self.tightness,
-            };
+        // The rays of a cylinder stay parallel whatever it becomes.
+        self.light.parallel |= self.was_cylinder && self.beam != Beam::Cylinder;
+        match self.beam {
+            Beam::Point => {}
+            Beam::Shadowless => self.light.shadowless = true,
+            Beam::Spot => {
+                self.light.kind = LightKind::Spot {
+                    radius: self.radius.unwrap_or(30.0).to_radians(),
+                    falloff: self.falloff.unwrap_or(45.0).to_radians(),
+                    tightness: self.tightness,
+                };
+            }
+            Beam::Cylinder => {
+                self.light.kind = LightKind::Cylinder {
+                    radius: self.radius.unwrap_or(0.75),
+                    falloff: self.falloff.unwrap_or(1.0),
+                    tightness: self.tightness,
+                };
+            }
         }
         if self.fade_power > 0.0 && self.fade_distance.abs() > 1e-10 {
             self.light.fade = Some(Fade { distance: self.fade_distance, power: self.fade_power });

@@ -107,6 +107,9 @@ impl Machine<'_> {
         let Token::Word(word) = self.peek()? else { return Ok(false) };
         if let Some(transform) = self.transform_item(word)? {
             value.transform(&transform);
+            if word == K::Scale {
+                value.object.iter_mut().for_each(rescale_normals);
+            }
             return Ok(true);
         }
         let at = self.peek_lexeme()?;
@@ -299,6 +302,40 @@ impl Machine<'_> {
                 texture
             }
         }
+    }
+}
+
+/// POV-Ray makes the placed normals of a `smooth_triangle` unit vectors again at a `scale`, but not at a `matrix` or
+/// `transform`, nor those of a mesh (measured). Done here by lengthening them before they are placed.
+fn rescale_normals(object: &mut Object) {
+    fn within(object: &mut Object, outer: &Transform) {
+        let place = object.transform.then(outer);
+        match &mut object.shape {
+            Shape::Triangle { normals: Some(normals), .. } => {
+                for n in normals {
+                    let length = place.normal(*n).length();
+                    if length > 0.0 && length.is_finite() {
+                        *n /= length;
+                    }
+                }
+            }
+            Shape::Csg { children, .. } => {
+                children.iter_mut().for_each(|child| within(Arc::make_mut(child), &place));
+            }
+            _ => {}
+        }
+    }
+    if has_smooth_triangles(object) {
+        within(object, &Transform::IDENTITY);
+    }
+}
+
+/// Composites share their children: what need not change is not copied.
+fn has_smooth_triangles(object: &Object) -> bool {
+    match &object.shape {
+        Shape::Triangle { normals, .. } => normals.is_some(),
+        Shape::Csg { children, .. } => children.iter().any(|child| has_smooth_triangles(child)),
+        _ => false,
     }
 }
 

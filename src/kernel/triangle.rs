@@ -211,7 +211,7 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 }
 
 impl<S: Scalar> SmoothTriangles<S> {
-    /// Adds a row, as for flat triangles; `normals` are unit vectors, one a corner.
+    /// Adds a row, as for flat triangles; `normals` are one a corner, about unit length; a longer one weighs more.
     pub fn push(&mut self, corners: [DVec3; 3], normals: [DVec3; 3]) {
         self.flat.push(corners);
         for (column, x) in self.shading.iter_mut().zip(normals.iter().flat_map(|n| n.to_array())) {

@@ -213,7 +213,11 @@ impl Node<'_> {
     }
 
     fn add_media(&self, ray: &Ray, media: &mut Media) {
-        let has_inside = !matches!(&self.kind, NodeKind::Leaf(leaf) if !leaf.solid);
+        // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
+        let has_inside = match &self.kind {
+            NodeKind::Leaf(leaf) => leaf.solid && !matches!(leaf.shape, Shape::Disc { .. }),
+            NodeKind::Group { .. } => true,
+        };
         if !has_inside || !self.trail(ray).is_inside_at_start() {
             return;
         }

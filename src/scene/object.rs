@@ -93,7 +93,7 @@ pub enum Shape {
     Triangle {
         /// Corners.
         vertices: [DVec3; 3],
-        /// Unit normals at the corners.
+        /// Normals at the corners, blended as they are: a longer one weighs more.
         normals: Option<[DVec3; 3]>,
     },
     /// One or more closed outlines in one plane; a point is in it if it is within an odd number of them.

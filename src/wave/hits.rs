@@ -323,8 +323,9 @@ impl<L: Lane> HitList<L> {
         for k in (0..LANES).filter(|k| rest >> k & 1 == 1) {
             if looks.cuts >> k & 1 == 1 {
                 let textures = cut_textures(scene, query, looks.owner[k], k);
-                for &texture in &textures {
-                    row(texture, 1.0 / textures.len() as f64, k);
+                let share = 1.0 / textures.len() as f64;
+                for &texture in textures.iter().filter(|_| share >= scene.globals.adc_bailout) {
+                    row(texture, share, k);
                 }
             } else if looks.blends >> k & 1 == 1 {
                 let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
@@ -362,6 +363,7 @@ impl<L: Lane> HitList<L> {
                             scale(lane);
                         }
                         scale(&mut hit.share);
+                        scale(&mut hit.weight);
                     }
                 }
                 hit.active = Mask::<L>::first(rows.len()).bits();
