@@ -8,7 +8,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// What scenes are told from outside.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct SceneArgs {
     /// Look for included files here too, after the scene's own folder and before an installed POV-Ray's; may be given several times
     #[arg(short = 'L', long = "library-path", value_name = "DIR")]

@@ -3,9 +3,15 @@
 //! Both trace with one thread and without anti-aliasing, and both pictures are linear light. Rounds are interleaved, so
 //! that a busy moment of the machine does not hit one of the two only, and times are medians of tracing alone: what
 //! either spends on reading, building and writing is left out.
+//!
+//! Each scene gets a verdict. Where POV-Ray's own picture comes from one of its artefacts, the verdict names it: from the
+//! list in `artefacts.json`, or because POV-Ray contradicts itself in another unit of length (see [`random`]).
 
+mod artefacts;
 mod povray;
+mod random;
 mod report;
+mod verdict;
 
 use super::Failure;
 use super::compare::{gate, share};
@@ -18,21 +24,29 @@ use octray::render::render;
 use povray::{PovRay, PovRun};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use verdict::Verdict;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Scenes to render; a folder stands for all .scn and .pov files in it
-    #[arg(value_name = "SCENE", required = true)]
+    #[arg(value_name = "SCENE", required_unless_present = "random")]
     scenes: Vec<PathBuf>,
+    /// Render N random scenes of every shape and finish instead, once each; those that differ are kept in the report's
+    /// folder
+    #[arg(long, value_name = "N", requires = "report", conflicts_with = "scenes")]
+    random: Option<u64>,
+    /// The first of the random scenes
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
+    seed: u64,
     /// Write into this folder: index.html with all strips in it, the strips as PNG files, and figures.json
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Pixels per row
-    #[arg(short = 'W', long, value_name = "N", default_value_t = 320, value_parser = clap::value_parser!(u32).range(1..))]
-    width: u32,
-    /// Rows of pixels
-    #[arg(short = 'H', long, value_name = "N", default_value_t = 240, value_parser = clap::value_parser!(u32).range(1..))]
-    height: u32,
+    /// Pixels per row: 320, of random scenes 80
+    #[arg(short = 'W', long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    width: Option<u32>,
+    /// Rows of pixels: 240, of random scenes 60
+    #[arg(short = 'H', long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    height: Option<u32>,
     /// Renders by each; times are the medians
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
@@ -57,12 +71,13 @@ struct Row {
     failed: Option<String>,
     /// The rest, where both made a picture.
     figures: Option<Figures>,
+    verdict: Option<Verdict>,
     /// PNG: `expected | difference | actual`.
     #[serde(skip)]
     strip: Vec<u8>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 struct Figures {
     /// Median seconds of tracing.
     octray_s: f64,
@@ -86,32 +101,70 @@ impl Figures {
     }
 }
 
+impl Args {
+    /// Width and height.
+    fn size(&self) -> (usize, usize) {
+        let usual = if self.random.is_some() { (80, 60) } else { (320, 240) };
+        (self.width.unwrap_or(usual.0) as usize, self.height.unwrap_or(usual.1) as usize)
+    }
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scenes = scenes(&args.scenes)?;
     let povray = PovRay::find(&args.povray)?;
+    let scenes = scenes(&args.scenes)?;
     if let Some(folder) = &args.report {
         let failed =
             |error| Failure::Machine(format!("cannot make the folder {}: {error}", folder.display()));
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
-    println!(
-        "{} x {}, one thread each, medians of {} rounds; POV-Ray {}",
-        args.width, args.height, args.rounds, povray.version
-    );
+    println!("{}; POV-Ray {}", args.terms(), povray.version);
     println!("{}", report::HEAD);
     let mut rows = Vec::new();
+    if let (Some(count), Some(folder)) = (args.random, &args.report) {
+        rows = random::cross(args.seed..args.seed.saturating_add(count), folder, args, &povray)?;
+        rows.iter().filter(|row| !row.is_agreed()).for_each(|row| println!("{}", report::line(row)));
+    }
     for scene in &scenes {
         let row = cross(scene, args, &povray);
         println!("{}", report::line(&row));
         rows.push(row);
     }
     println!("{}", report::FOOT);
+    println!("{}", verdict::counts(&rows));
     if let Some(folder) = &args.report {
+        rows.sort_by(|a, b| b.error().total_cmp(&a.error()));
         report::write(folder, &rows, &povray.version, args)?;
     }
     match rows.iter().filter(|row| row.failed.is_some()).count() {
         0 => Ok(()),
         failed => Err(Failure::Differs(format!("{failed} of {} scenes failed", rows.len()))),
+    }
+}
+
+impl Args {
+    /// How it was measured, as text.
+    fn terms(&self) -> String {
+        let (width, height) = self.size();
+        match self.random {
+            None => {
+                format!("{width} x {height}, one thread each, medians of {} interleaved rounds", self.rounds)
+            }
+            Some(count) => {
+                format!("random scenes {} to {}, {width} x {height}", self.seed, self.seed + count.max(1) - 1)
+            }
+        }
+    }
+}
+
+impl Row {
+    /// Nothing to tell.
+    fn is_agreed(&self) -> bool {
+        matches!(self.verdict, Some(Verdict::Agrees | Verdict::Silhouettes))
+    }
+
+    /// What the page is sorted by: failures first, then by the largest difference off edges.
+    fn error(&self) -> f64 {
+        self.figures.as_ref().map_or(f64::INFINITY, |figures| figures.comparison.off_edges.max)
     }
 }
 
@@ -139,19 +192,39 @@ fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 fn cross(path: &Path, args: &Args, povray: &PovRay) -> Row {
     let scene = path.display().to_string();
     match measure(path, args, povray) {
-        Ok((figures, strip)) => {
-            let failed = match gate(args.gate, &figures.comparison) {
-                Err(Failure::Differs(why)) => Some(why),
-                _ => None,
-            };
-            Row { scene, failed, figures: Some(figures), strip }
+        Ok(measured) => {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let verdict = Verdict::of(&measured.figures.comparison, artefacts::of_scene(&name));
+            measured.row(scene, verdict, args)
         }
-        Err(why) => Row { scene, failed: Some(why), figures: None, strip: Vec::new() },
+        Err(why) => Row { scene, failed: Some(why), figures: None, verdict: None, strip: Vec::new() },
     }
 }
 
-fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<(Figures, Vec<u8>), String> {
-    let size = (args.width as usize, args.height as usize);
+/// Both pictures and what they cost.
+struct Measured {
+    figures: Figures,
+    expected: Film,
+    actual: Film,
+}
+
+impl Measured {
+    fn row(&self, scene: String, verdict: Verdict, args: &Args) -> Row {
+        let strip = strip(&self.expected, &self.actual, AMPLIFY);
+        let (strip, unwritten) = match encode(&strip, &Encoding::default()) {
+            Ok(strip) => (strip, None),
+            Err(error) => (Vec::new(), Some(error.to_string())),
+        };
+        let failed = match gate(args.gate, &self.figures.comparison) {
+            Err(Failure::Differs(why)) => Some(why),
+            _ => unwritten,
+        };
+        Row { scene, failed, figures: Some(self.figures.clone()), verdict: Some(verdict), strip }
+    }
+}
+
+fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<Measured, String> {
+    let size = args.size();
     let scene =
         load(path, &args.scene_args, size, true).map_err(|_| "octray cannot read the scene".to_owned())?;
     let mut options = args.tracing.options(size.0, size.1);
@@ -159,7 +232,7 @@ fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<(Figures, Vec<u8
 
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let mut pictures: Option<(Film, Film)> = None;
-    for _ in 0..args.rounds {
+    for _ in 0..if args.random.is_some() { 1 } else { args.rounds } {
         let (actual, stats) =
             render(&scene, &options, &|_| ()).map_err(|error| format!("octray: {error}"))?;
         ours.push(stats.trace_s);
@@ -169,13 +242,17 @@ fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<(Figures, Vec<u8
         pictures = Some((expected, actual));
     }
     let (expected, actual) = pictures.ok_or("no rounds")?;
-    // POV-Ray's file has no alpha here and ends at 1.
-    let mut actual = clipped(actual);
-    actual.pixels.iter_mut().for_each(|pixel| pixel.transmit = 0.0);
+    let actual = as_povray_writes(actual);
     let comparison = compare(&expected, &actual)?;
-    let strip = encode(&strip(&expected, &actual, AMPLIFY), &Encoding::default())
-        .map_err(|error| error.to_string())?;
-    Ok((Figures { octray_s: median(ours), povray_s: median(theirs), comparison }, strip))
+    let figures = Figures { octray_s: median(ours), povray_s: median(theirs), comparison };
+    Ok(Measured { figures, expected, actual })
+}
+
+/// POV-Ray's file has no alpha here and ends at 1.
+fn as_povray_writes(film: Film) -> Film {
+    let mut film = clipped(film);
+    film.pixels.iter_mut().for_each(|pixel| pixel.transmit = 0.0);
+    film
 }
 
 /// The middle one, or the mean of the two in the middle.

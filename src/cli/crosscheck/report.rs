@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Above the lines.
 pub const HEAD: &str = "\
-scene                            octray s povray s  ratio      rmse   >1/255       max | off edges: <=2e-3      max";
+scene                            octray s povray s  ratio      rmse   >1/255       max | off edges: <=2e-3      max  verdict";
 
 /// Below the lines.
 pub const FOOT: &str = "\
@@ -28,6 +28,9 @@ pub fn line(row: &Row) -> String {
         }
         None => format!("{name:32} -"),
     };
+    if let Some(verdict) = &row.verdict {
+        let _ = write!(line, "  {verdict}");
+    }
     if let Some(why) = &row.failed {
         let _ = write!(line, "  FAILED: {why}");
     }
@@ -62,7 +65,7 @@ fn shortened(path: &str, most: usize) -> String {
 /// Writes `index.html`, which holds everything it shows, the strips and `figures.json`.
 pub fn write(folder: &Path, rows: &[Row], version: &str, args: &Args) -> Result<(), Failure> {
     replace_file(&folder.join("index.html"), page(rows, version, args).as_bytes())?;
-    for row in rows.iter().filter(|row| !row.strip.is_empty()) {
+    for row in rows.iter().filter(|row| is_shown(row, args)) {
         // One name per path: `scenes/show/glass.scn` is `scenes-show-glass.png`.
         let name = Path::new(&row.scene).with_extension("png").display().to_string();
         let name = name.trim_start_matches(['.', '/', '\\']).replace(['/', '\\', ':'], "-");
@@ -70,6 +73,11 @@ pub fn write(folder: &Path, rows: &[Row], version: &str, args: &Args) -> Result<
     }
     let json = serde_json::to_vec_pretty(rows).expect("plain numbers and names");
     Ok(replace_file(&folder.join("figures.json"), &json)?)
+}
+
+/// Of random scenes only those that differ have strips.
+fn is_shown(row: &Row, args: &Args) -> bool {
+    !row.strip.is_empty() && (args.random.is_none() || !row.is_agreed())
 }
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem;color:#222}\
@@ -81,17 +89,16 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>octray cross-check</title>\
          <style>{STYLE}</style></head><body>\n<h1>octray {} against POV-Ray {}</h1>\n\
-         <p>{} x {} pixels, no anti-aliasing, one thread each, medians of {} interleaved rounds of tracing alone. \
-         Figures are in linear light; <em>ratio</em> says how many times as long POV-Ray takes (~: too quick for its \
+         <p>{}, without anti-aliasing; seconds of tracing alone. {}. Figures are in linear light; <em>ratio</em> says how many times as long POV-Ray takes (~: too quick for its \
          clock, which counts milliseconds). <em>Off edges</em> are the pixels whose neighbours in POV-Ray's picture \
          all differ by {EDGE_CONTRAST} or less. Strips show POV-Ray's picture, the difference times {AMPLIFY}, and \
          octray's picture.</p>\n<table><tr><th>scene</th><th>octray s</th><th>POV-Ray s</th><th>ratio</th>\
-         <th>rmse</th><th>over 1/255</th><th>max</th><th>off edges, within 2e-3</th><th>off edges, max</th></tr>\n",
+         <th>rmse</th><th>over 1/255</th><th>max</th><th>off edges, within 2e-3</th><th>off edges, max</th>\
+         <th>verdict</th></tr>\n",
         env!("CARGO_PKG_VERSION"),
         escaped(version),
-        args.width,
-        args.height,
-        args.rounds,
+        args.terms(),
+        super::verdict::counts(rows),
     );
     // Writing to a string cannot fail.
     for (index, row) in rows.iter().enumerate() {
@@ -103,13 +110,20 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
             }),
             None => page.push_str("<td colspan=\"8\">no picture</td>"),
         }
+        if let Some(verdict) = &row.verdict {
+            let _ = write!(page, "<td>{}</td>", verdict.name());
+        }
         page.push_str("</tr>\n");
     }
     page.push_str("</table>\n");
-    for (index, row) in rows.iter().enumerate() {
+    let shown = |row: &Row| row.failed.is_some() || is_shown(row, args);
+    for (index, row) in rows.iter().enumerate().filter(|(_, row)| shown(row)) {
         let _ = writeln!(page, "<h2 id=\"s{index}\">{}</h2>", escaped(&row.scene));
         if let Some(why) = &row.failed {
             let _ = writeln!(page, "<p class=\"failed\">{}</p>", escaped(why));
+        }
+        if let Some(verdict) = &row.verdict {
+            let _ = writeln!(page, "<p>{}.</p>", escaped(&verdict.to_string()));
         }
         if let Some(worst) = row.figures.as_ref().and_then(|figures| figures.comparison.all.worst) {
             let _ = writeln!(
@@ -172,8 +186,13 @@ mod tests {
 
     #[test]
     fn a_scene_that_failed_is_on_the_page_and_escaped() {
-        let row =
-            Row { scene: "<a>".into(), failed: Some("\"no\" & never".into()), figures: None, strip: vec![] };
+        let row = Row {
+            scene: "<a>".into(),
+            failed: Some("\"no\" & never".into()),
+            figures: None,
+            verdict: None,
+            strip: vec![],
+        };
         assert!(line(&row).ends_with("FAILED: \"no\" & never"));
         assert_eq!(escaped(&row.scene), "&lt;a&gt;");
     }
