@@ -524,6 +524,9 @@ impl<S: Scalar> Pass<S> {
             solid,
             partial_skin: kind == Kind::Torus,
             inverted: false,
+            // The boundary of a disc is its whole plane.
+            bounds: if kind == Kind::Disc { Aabb::INFINITE } else { self.parts.bounds(kind, row) },
+            closed: !matches!(kind, Kind::Triangle | Kind::SmoothTriangle | Kind::Polygon),
             seen: true,
             constraints: 0..0,
             composite: self.csg.composites.len() as u32,

@@ -1,7 +1,7 @@
 //! The nearest surface of a composite along eight rays.
 
-use super::{Composite, Constraint, CsgTree, NodeKind};
-use crate::kernel::Rays;
+use super::{Composite, Constraint, CsgTree, NodeKind, Part};
+use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use std::ops::Range;
 
@@ -9,6 +9,48 @@ use std::ops::Range;
 /// two parts are computed by different formulas and differ by some roundings (4 each for `t` and for the origin
 /// relative to either part).
 const TIE: f64 = 16.0 * f64::UNIT_ROUNDOFF;
+
+/// Bounds of parts are widened by this share of the largest coordinate at hand: the start of a ray that leaves a
+/// part may lie some roundings outside of it.
+const BOUNDS_SLACK: f64 = 64.0 * f64::UNIT_ROUNDOFF;
+
+/// No direction component is smaller than this before bounds, so that no plane distance is `0 * inf`.
+const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// Stretches of eight rays, for culling parts by their bounds.
+struct Stretch {
+    origin: Vec3<f64x8>,
+    inverse: Vec3<f64x8>,
+    /// Where the stretch ends; what lies beyond does not matter.
+    far: f64x8,
+    /// What counts as at the start.
+    slack: f64x8,
+    lanes: u8,
+}
+
+impl Stretch {
+    fn new(rays: &Rays<f64x8>, far: f64x8, lanes: u8) -> Self {
+        let least = f64x8::lit(LEAST_DIRECTION);
+        let inverse = rays.dir.map(|d| f64x8::lit(1.0) / least.max(d.abs()).copysign(d));
+        let slack = max_abs(rays.origin) * f64x8::lit(BOUNDS_SLACK);
+        Self { origin: rays.origin, inverse, far, slack, lanes }
+    }
+
+    /// Whether a ray may meet the part or start within it. (Slab test padded by the roundings of a plane distance,
+    /// Ize 2013.)
+    #[inline(always)]
+    fn may_meet(&self, part: &Part) -> bool {
+        let Aabb { min, max } = part.bounds;
+        let low = (Vec3::<f64x8>::splat(min) - self.origin).mul(self.inverse);
+        let high = (Vec3::<f64x8>::splat(max) - self.origin).mul(self.inverse);
+        let first = if part.closed { -self.slack } else { f64x8::lit(f64::NEG_INFINITY) };
+        let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(first);
+        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
+        let pad = f64x8::lit(8.0 * f64::UNIT_ROUNDOFF);
+        let meets = near.le(far + far.abs() * pad) & near.le(self.far + self.slack);
+        meets.bits() & self.lanes != 0
+    }
+}
 
 /// Crossings of a composite's parts with eight rays; kept between calls so that nothing is allocated.
 #[derive(Debug, Default)]
@@ -56,18 +98,18 @@ struct Sides {
 
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
-    /// than what stands there; returns the lanes that changed.
+    /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once.
     pub fn nearest(
         &self,
         composite: &Composite,
         rays: &Rays<f64x8>,
-        (lanes, t_min): (u8, f64x8),
+        (lanes, t_min, any): (u8, f64x8, bool),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
         let mut changed = 0;
-        let along = self.along(composite, rays, source, scratch);
+        let along = self.along(composite, rays, Stretch::new(rays, best.t, lanes), source, scratch);
 
         for number in composite.parts.clone() {
             let part = &self.parts[number as usize];
@@ -77,10 +119,25 @@ impl CsgTree {
             for k in along.parts[(number - composite.parts.start) as usize].surface.clone() {
                 let at = along.crossings[k];
                 let mut wanted = (at.gt(t_min) & at.le(best.t)).bits() & lanes;
+                if any {
+                    wanted &= at.lt(best.t).bits() & !changed;
+                }
                 if wanted == 0 {
                     continue;
                 }
-                wanted &= along.is_surface(number, at);
+                wanted &= along.is_surface(number, &along.place(at));
+                if any {
+                    for (lane, surface) in best.surface.iter_mut().enumerate() {
+                        if wanted >> lane & 1 == 1 {
+                            *surface = best.first_part + number;
+                        }
+                    }
+                    changed |= wanted;
+                    if changed == lanes {
+                        return changed;
+                    }
+                    continue;
+                }
                 let mut ties = at.equal(best.t).bits() & wanted;
                 while ties != 0 {
                     let lane = ties.trailing_zeros() as usize;
@@ -113,9 +170,10 @@ impl CsgTree {
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let along = self.along(composite, rays, source, scratch);
+        let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), !0);
+        let along = self.along(composite, rays, line, source, scratch);
         let mut found = Vec::new();
-        along.collect_interiors(composite.root, !0, &mut found);
+        along.collect_interiors(composite.root, &along.place(f64x8::zero()), !0, &mut found);
         found
     }
 
@@ -129,18 +187,20 @@ impl CsgTree {
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let mut along = self.along(composite, rays, source, scratch);
+        let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), lanes);
+        let mut along = self.along(composite, rays, line, source, scratch);
         along.tie = TIE + t_error;
         let mut found = Vec::new();
-        along.collect_parts(composite.root, lanes, t, &mut found);
+        along.collect_parts(composite.root, lanes, &along.place(t), &mut found);
         found
     }
 
-    /// Finds all crossings of all parts.
+    /// Finds the crossings of all parts that matter on the stretch.
     fn along<'a>(
         &'a self,
         composite: &Composite,
         rays: &Rays<f64x8>,
+        stretch: Stretch,
         source: &impl PartRoots,
         scratch: &'a mut Scratch,
     ) -> Along<'a> {
@@ -149,6 +209,10 @@ impl CsgTree {
         parts.clear();
         for number in composite.parts.clone() {
             let first = crossings.len();
+            if !stretch.may_meet(&self.parts[number as usize]) {
+                parts.push(PartCrossings { surface: first..first, boundary: first..first, from_inside: 0 });
+                continue;
+            }
             let (surface, from_inside) = source.roots(number, rays, crossings);
             let surface = first..first + surface;
             let boundary = match self.parts[number as usize].solid {
@@ -178,9 +242,21 @@ struct Along<'a> {
     tie: f64,
 }
 
+/// A place on each of eight rays, with what counts as the same place.
+struct Place {
+    early: f64x8,
+    late: f64x8,
+}
+
 impl Along<'_> {
+    #[inline(always)]
+    fn place(&self, at: f64x8) -> Place {
+        let tie = (self.reach + at.abs()) * f64x8::lit(self.tie);
+        Place { early: at - tie, late: at + tie }
+    }
+
     /// Lanes in which the crossing of part `number` at `at` is a surface of the whole.
-    fn is_surface(&self, number: u32, at: f64x8) -> u8 {
+    fn is_surface(&self, number: u32, at: &Place) -> u8 {
         let part = &self.tree.parts[number as usize];
         let constraints =
             &self.tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
@@ -220,7 +296,7 @@ impl Along<'_> {
     ///
     /// Without an inside there is no before and after: the surface is kept where the constraints hold on either side, so
     /// that a face on the rim of a clip is kept.
-    fn is_kept(&self, constraints: &[Constraint], at: f64x8) -> u8 {
+    fn is_kept(&self, constraints: &[Constraint], at: &Place) -> u8 {
         constraints.iter().fold(!0, |valid, constraint| match constraint {
             Constraint::Inside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
                 let sides = self.node(node, at);
@@ -234,22 +310,22 @@ impl Along<'_> {
         })
     }
 
-    fn collect_interiors(&self, number: u32, lanes: u8, found: &mut Vec<(u32, u8)>) {
-        let sides = self.node(number, f64x8::zero());
+    fn collect_interiors(&self, number: u32, start: &Place, lanes: u8, found: &mut Vec<(u32, u8)>) {
+        let sides = self.node(number, start);
         let lanes = lanes & (sides.before | sides.after);
         let node = &self.tree.nodes[number as usize];
         match &node.kind {
             _ if lanes == 0 => {}
             NodeKind::Any(list) | NodeKind::Merged(list) => {
                 for &child in self.list(list) {
-                    self.collect_interiors(child, lanes, found);
+                    self.collect_interiors(child, start, lanes, found);
                 }
             }
             _ => found.push((node.interior, lanes)),
         }
     }
 
-    fn collect_parts(&self, node: u32, lanes: u8, at: f64x8, found: &mut Vec<(u32, u8)>) {
+    fn collect_parts(&self, node: u32, lanes: u8, at: &Place, found: &mut Vec<(u32, u8)>) {
         let sides = self.node(node, at);
         let lanes = lanes & (sides.before | sides.after);
         if lanes == 0 {
@@ -276,20 +352,18 @@ impl Along<'_> {
     }
 
     /// Inside part `number` just before and just after `at`.
-    fn part(&self, number: u32, at: f64x8) -> Sides {
+    fn part(&self, number: u32, at: &Place) -> Sides {
         let part = &self.parts[(number - self.first_part) as usize];
-        let tie = (self.reach + at.abs()) * f64x8::lit(self.tie);
-        let (early, late) = (at - tie, at + tie);
         let mut sides = Sides { before: part.from_inside, after: part.from_inside };
         for &crossing in &self.crossings[part.boundary.clone()] {
-            sides.before ^= crossing.lt(early).bits();
-            sides.after ^= crossing.le(late).bits();
+            sides.before ^= crossing.lt(at.early).bits();
+            sides.after ^= crossing.le(at.late).bits();
         }
         sides
     }
 
     /// Inside `node` just before and just after `at`.
-    fn node(&self, node: u32, at: f64x8) -> Sides {
+    fn node(&self, node: u32, at: &Place) -> Sides {
         let node = &self.tree.nodes[node as usize];
         let mut sides = match &node.kind {
             NodeKind::Part(number) => self.part(*number, at),
@@ -303,7 +377,7 @@ impl Along<'_> {
         sides
     }
 
-    fn fold(&self, list: &Range<u32>, at: f64x8, start: u8, op: impl Fn(u8, u8) -> u8) -> Sides {
+    fn fold(&self, list: &Range<u32>, at: &Place, start: u8, op: impl Fn(u8, u8) -> u8) -> Sides {
         let mut sides = Sides { before: start, after: start };
         for &child in self.list(list) {
             let child = self.node(child, at);

@@ -42,6 +42,11 @@ pub struct Part {
     pub partial_skin: bool,
     /// It is turned inside out: its normal points the other way.
     pub inverted: bool,
+    /// Holds its crossings and, if it has an inside, its inside; infinite if that has no end.
+    pub bounds: Aabb,
+    /// A ray that has passed its bounds is outside: true of all but the faces of meshes, each of which is entered
+    /// or left by itself.
+    pub closed: bool,
     /// Its crossings can be seen; false for what only clips.
     pub seen: bool,
     /// A stretch of [`CsgTree::constraints`].

@@ -152,7 +152,7 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
         let query = &mut self.queries[packet];
         let lanes = lanes & query.lanes;
         if run.kind == COMPOSITE {
-            return composites::<S, B>(self.scene, run, query, lanes, self.scratch);
+            return composites::<S, B, ANY>(self.scene, run, query, lanes, self.scratch);
         }
         let base = self.scene.base[usize::from(run.kind)];
         self.scene
@@ -235,7 +235,7 @@ fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes:
 }
 
 /// Tests a run of composites.
-fn composites<S: Scalar, B: Scalar>(
+fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Compiled<S, B>,
     run: &Run,
     query: &mut Query<S::Lane>,
@@ -254,10 +254,16 @@ fn composites<S: Scalar, B: Scalar>(
     };
     let mut changed = 0;
     for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
-        changed |= scene.csg.nearest(composite, &rays, (lanes, t_min), &source, scratch, &mut best);
+        let waiting = if ANY { lanes & !changed } else { lanes };
+        changed |= scene.csg.nearest(composite, &rays, (waiting, t_min, ANY), &source, scratch, &mut best);
+        if ANY && changed == lanes {
+            break;
+        }
     }
     query.surface = best.surface;
-    query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+    if !ANY {
+        query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+    }
     changed
 }
 
