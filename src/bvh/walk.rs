@@ -27,33 +27,39 @@ const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
 impl<B: Scalar> Packet<B> {
     /// `rays` up to distance `t_far` in lanes `active`; the others hold no ray.
     pub fn new(bvh: &Bvh<B>, origin: Vec3<f64x8>, dir: Vec3<f64x8>, t_far: f64x8, active: u8) -> Self {
-        let least = f64x8::lit(LEAST_DIRECTION);
-        let dir = dir.map(|d| least.max(d.abs()).copysign(d));
-        let inverse = dir.map(|d| f64x8::lit(1.0) / d);
+        let zero = B::Lane::zero();
+        let least = B::Lane::lit(LEAST_DIRECTION);
+        let inverse = [dir.x, dir.y, dir.z].map(|d| {
+            let d = B::Lane::from_f64s(d);
+            B::Lane::lit(1.0) / least.max(d.abs()).copysign(d)
+        });
         let origin = origin - Vec3::splat(bvh.origin);
-        let half = (bvh.bounds.max - bvh.bounds.min) * 0.5 + Bvh::<B>::slack(&bvh.bounds);
-        // Where the ray enters the bounds: start there, so that a far eye is no less exact than a near one.
-        let half = [half.x, half.y, half.z].map(f64x8::lit);
-        let enter = |o: f64x8, i: f64x8, h: f64x8| (-(h.copysign(i)) - o) * i;
-        let leave = |o: f64x8, i: f64x8, h: f64x8| (h.copysign(i) - o) * i;
-        let t_in = enter(origin.x, inverse.x, half[0])
-            .max(enter(origin.y, inverse.y, half[1]))
-            .max(enter(origin.z, inverse.z, half[2]))
-            .max(f64x8::zero());
-        let t_out = leave(origin.x, inverse.x, half[0])
-            .min(leave(origin.y, inverse.y, half[1]))
-            .min(leave(origin.z, inverse.z, half[2]));
-        // Three roundings of each plane distance.
-        let pad = f64x8::lit(1.0 + 8.0 * f64::UNIT_ROUNDOFF);
-        let meets = t_in.le(t_out * pad) & t_in.le(t_far) & Mask::from_bits(active);
-        let moved = origin + dir * t_in;
         let mut packet = Self {
-            origin: [moved.x, moved.y, moved.z].map(B::Lane::from_f64s),
-            inverse: [inverse.x, inverse.y, inverse.z].map(B::Lane::from_f64s),
+            origin: [origin.x, origin.y, origin.z].map(B::Lane::from_f64s),
+            inverse,
             far: B::Lane::lit(-1.0),
-            start: t_in,
+            start: f64x8::zero(),
         };
-        packet.far = meets.cast().select(packet.far_of(t_far), packet.far);
+        // Where the ray enters the bounds: start there, so that a far eye is no less exact than a near one.
+        let half = (bvh.bounds.max - bvh.bounds.min) * 0.5 + Bvh::<B>::slack(&bvh.bounds);
+        let half = [half.x, half.y, half.z].map(B::Lane::lit);
+        let (mut t_in, mut t_out) = (zero, B::Lane::lit(f64::INFINITY));
+        for axis in 0..3 {
+            let (o, i, side) = (packet.origin[axis], inverse[axis], half[axis].copysign(inverse[axis]));
+            t_in = ((-side - o) * i).max(t_in);
+            t_out = ((side - o) * i).min(t_out);
+        }
+        // Four roundings of each plane distance, that of the start with it.
+        let pad = B::Lane::lit(1.0 + 16.0 * B::UNIT_ROUNDOFF);
+        let t_far_up = B::Lane::from_f64s(t_far * f64x8::lit(1.0 + 4.0 * B::UNIT_ROUNDOFF));
+        let meets = t_in.le(t_out * pad) & t_in.le(t_far_up * pad) & Mask::from_bits(active);
+        if t_in.gt(zero).any() {
+            // Early rather than late, whatever the rounding.
+            packet.start = (t_in * B::Lane::lit(1.0 - 16.0 * B::UNIT_ROUNDOFF)).to_f64s();
+            let moved = origin + dir * packet.start;
+            packet.origin = [moved.x, moved.y, moved.z].map(B::Lane::from_f64s);
+        }
+        packet.far = meets.select(packet.far_of(t_far), packet.far);
         packet
     }
 

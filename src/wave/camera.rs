@@ -63,7 +63,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             _ => shared.enclosing.media(scene, origin, media),
         };
         eye_medium = Some(medium);
-        queue.push(&Carriers {
+        *queue.next() = Carriers {
             lines: Lines { rays: Rays { origin: narrow(origin), dir: narrow(dir) }, ..Lines::default() },
             throughput: Vec3::lit(1.0),
             weight: S::Lane::lit(1.0),
@@ -72,7 +72,8 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             level: [1; LANES],
             medium,
             lanes: crate::lane::Mask::<S::Lane>::first(eight.len()).bits(),
-        });
+        };
+        queue.push();
     }
     queue.flush();
 }

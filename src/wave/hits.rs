@@ -68,39 +68,38 @@ impl<L: Lane> Hit<L> {
         self.texture[to] = other.texture[from];
     }
 
-    /// The surface and its part, as rays that leave it need them.
-    pub fn leaving(&self, dir: Vec3<L>) -> Lines<L> {
-        Lines { rays: Rays { origin: self.point, dir }, left: self.surface, part: self.part }
+    /// Lets rays leave the surface along `dir`.
+    #[inline(always)]
+    pub fn leave(&self, dir: Vec3<L>, lines: &mut Lines<L>) {
+        lines.rays = Rays { origin: self.point, dir };
+        lines.left = self.surface;
+        lines.part = self.part;
     }
 }
 
 /// A packet in which this many rays see one program is shaded as it is, the other lanes idle: cheaper than to move them.
-const SHADED_WHOLE: u32 = 4;
+const SHADED_WHOLE: u32 = 6;
+
+/// Who sent rays: a refracted ray sees what the ray before it saw.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sender {
+    /// The camera.
+    Camera,
+    /// A mirror.
+    Mirror,
+}
 
 /// Hits that share their packet with too few of their kind, until they can be shaded with others.
 #[derive(Debug, Default)]
 pub struct HitList<L: Lane> {
-    hits: Vec<Hit<L>>,
-    /// In the order they came.
-    rows: Vec<Row>,
-    /// Numbers of `rows`, program by program.
-    order: Vec<u32>,
-    /// First place in `order` of each program, and the end.
-    starts: Vec<u32>,
-    next: Vec<u32>,
+    /// A packet being filled for each texture program and sender that has come up.
+    open: Vec<(Hit<L>, u32, Sender)>,
+    /// By program and sender: place in `open`, or [`NO_PLACE`].
+    place: Vec<u32>,
+    filled: usize,
 }
 
-/// One hit and one texture that has a share in it.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    program: u32,
-    texture: u32,
-    /// 1 but for triangles that blend three textures, and cuts.
-    share: f64,
-    /// Place among the hits.
-    hit: u32,
-    lane: u8,
-}
+const NO_PLACE: u32 = u32::MAX;
 
 /// Where eight rays meet the surfaces they hit.
 #[inline]
@@ -244,12 +243,6 @@ fn looks<S: Scalar, B: Scalar>(
 }
 
 impl<L: Lane> HitList<L> {
-    /// Drops all rows.
-    pub fn clear(&mut self) {
-        self.hits.clear();
-        self.rows.clear();
-    }
-
     /// Takes the hits of a packet: those worth shading as they are go to `shade` with their program, the others wait.
     #[inline]
     pub fn take<S: Scalar<Lane = L>, B: Scalar>(
@@ -257,7 +250,8 @@ impl<L: Lane> HitList<L> {
         scene: &Compiled<S, B>,
         carriers: &Carriers<L>,
         query: &Query<L>,
-        mut shade: impl FnMut(&Hit<L>, u32),
+        sender: Sender,
+        shade: &mut impl FnMut(&Hit<L>, u32, Sender),
     ) {
         let lanes = query.hits();
         if lanes == 0 {
@@ -308,17 +302,15 @@ impl<L: Lane> HitList<L> {
             }
             hit.active = same;
             hit.texture = each_lane(|k| looks.texture[if same >> k & 1 == 1 { k } else { first }]);
-            shade(&hit, number);
+            shade(&hit, number, sender);
         }
         let rest = single | looks.cuts | looks.blends;
         if rest == 0 {
             return;
         }
 
-        let place = self.hits.len() as u32;
-        self.hits.push(hit);
         let mut row = |texture: u32, share: f64, lane: usize| {
-            self.rows.push(Row { program: program(texture), texture, share, hit: place, lane: lane as u8 });
+            self.put(&hit, lane, (texture, share), (program(texture), sender), shade);
         };
         for k in (0..LANES).filter(|k| rest >> k & 1 == 1) {
             if looks.cuts >> k & 1 == 1 {
@@ -342,58 +334,61 @@ impl<L: Lane> HitList<L> {
         }
     }
 
-    /// Hands what waits to `shade` in full packets, program by program, and forgets it.
-    pub fn shade_rest(&mut self, programs: usize, mut shade: impl FnMut(&Hit<L>, u32)) {
-        self.sort(programs);
-        for (program, ends) in self.starts.windows(2).enumerate() {
-            for rows in self.order[ends[0] as usize..ends[1] as usize].chunks(LANES) {
-                let mut hit = Hit::default();
-                for to in 0..LANES {
-                    // Lanes without a hit repeat the first one; nothing they make is kept.
-                    let row = &self.rows[rows.get(to).copied().unwrap_or(rows[0]) as usize];
-                    hit.put(to, &self.hits[row.hit as usize], usize::from(row.lane));
-                    hit.texture[to] = row.texture;
-                    if row.share != 1.0 {
-                        let share = L::Scalar::from_f64(row.share);
-                        let scale = |lane: &mut L| {
-                            let scaled = *lane * L::splat(share);
-                            lane.lanes_mut()[to] = scaled.lanes()[to];
-                        };
-                        for lane in [&mut hit.throughput.x, &mut hit.throughput.y, &mut hit.throughput.z] {
-                            scale(lane);
-                        }
-                        scale(&mut hit.share);
-                        scale(&mut hit.weight);
-                    }
+    /// Adds one lane of `hit`, seen with `texture` for a `share`, to the packet of its program and sender.
+    fn put(
+        &mut self,
+        hit: &Hit<L>,
+        lane: usize,
+        (texture, share): (u32, f64),
+        (program, sender): (u32, Sender),
+        shade: &mut impl FnMut(&Hit<L>, u32, Sender),
+    ) {
+        let key = program as usize * 2 + usize::from(sender == Sender::Mirror);
+        if self.place.len() <= key {
+            self.place.resize(key + 1, NO_PLACE);
+        }
+        if self.place[key] == NO_PLACE {
+            self.place[key] = self.open.len() as u32;
+            self.open.push((Hit::default(), program, sender));
+        }
+        let (open, ..) = &mut self.open[self.place[key] as usize];
+        let filled = open.active.count_ones() as usize;
+        // The first hit fills all lanes: nothing that those without a hit make is kept.
+        for to in if filled == 0 { 0..LANES } else { filled..filled + 1 } {
+            open.put(to, hit, lane);
+            open.texture[to] = texture;
+            if share != 1.0 {
+                let share = L::lit(share);
+                let Hit { throughput, share: shown, weight, .. } = open;
+                let Vec3 { x, y, z } = throughput;
+                for scaled in [x, y, z, shown, weight] {
+                    let product = *scaled * share;
+                    put(scaled, to, &product, to);
                 }
-                hit.active = Mask::<L>::first(rows.len()).bits();
-                shade(&hit, program as u32);
             }
         }
-        self.clear();
+        open.active = open.active << 1 | 1;
+        self.filled += 1;
+        if filled + 1 == LANES {
+            shade(open, program, sender);
+            open.active = 0;
+            self.filled -= LANES;
+        }
     }
 
-    /// Sorts rows by texture program, rows of one program in their order (a counting sort).
-    fn sort(&mut self, programs: usize) {
-        self.starts.clear();
-        self.order.clear();
-        if self.rows.is_empty() {
-            return;
+    /// Shades what waits, in packets that are not full; false if nothing waits.
+    pub fn flush(&mut self, shade: &mut impl FnMut(&Hit<L>, u32, Sender)) -> bool {
+        if self.filled == 0 {
+            return false;
         }
-        self.starts.resize(programs + 1, 0);
-        for row in &self.rows {
-            self.starts[row.program as usize + 1] += 1;
+        for (hit, program, sender) in &mut self.open {
+            if hit.active != 0 {
+                shade(hit, *program, *sender);
+                hit.active = 0;
+            }
         }
-        for k in 1..self.starts.len() {
-            self.starts[k] += self.starts[k - 1];
-        }
-        self.order.resize(self.rows.len(), 0);
-        self.next.clone_from(&self.starts);
-        for (number, row) in self.rows.iter().enumerate() {
-            let place = &mut self.next[row.program as usize];
-            self.order[*place as usize] = number as u32;
-            *place += 1;
-        }
+        self.filled = 0;
+        true
     }
 }
 

@@ -9,7 +9,7 @@ use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Vec3};
 
 /// A packet with this many rays of one octant is not taken apart.
-const KEPT_WHOLE: u32 = 6;
+const KEPT_WHOLE: u32 = 7;
 /// Octants of directions.
 const OCTANTS: usize = 8;
 
@@ -155,7 +155,9 @@ impl<L: Lane> Packet for Feelers<L> {
 /// Packets that wait. Nothing is allocated once the queue has been as long as it gets.
 #[derive(Debug)]
 pub struct Queue<P> {
+    /// The first `ready` are packets that wait; the next, if there is one, is where a packet is made.
     packets: Vec<P>,
+    ready: usize,
     /// Of each packet, that of its first ray.
     octants: Vec<u8>,
     /// One for each octant, filled ray by ray.
@@ -165,14 +167,30 @@ pub struct Queue<P> {
 
 impl<P: Packet> Default for Queue<P> {
     fn default() -> Self {
-        Self { packets: Vec::new(), octants: Vec::new(), open: vec![P::default(); OCTANTS], rays: 0 }
+        Self {
+            packets: Vec::new(),
+            ready: 0,
+            octants: Vec::new(),
+            open: vec![P::default(); OCTANTS],
+            rays: 0,
+        }
     }
 }
 
 impl<P: Packet> Queue<P> {
-    /// Adds the rays of `packet`.
+    /// Where the next packet is to be made, for [`Queue::push`] to take; it holds what was there before.
     #[inline]
-    pub fn push(&mut self, packet: &P) {
+    pub fn next(&mut self) -> &mut P {
+        if self.packets.len() == self.ready {
+            self.packets.push(P::default());
+        }
+        &mut self.packets[self.ready]
+    }
+
+    /// Takes the rays of the packet made in [`Queue::next`].
+    #[inline]
+    pub fn push(&mut self) {
+        let Some(packet) = self.packets.get(self.ready) else { return };
         let lanes = packet.lanes();
         if lanes == 0 {
             return;
@@ -181,20 +199,32 @@ impl<P: Packet> Queue<P> {
         let signs = packet.signs();
         let one_octant = signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
         if one_octant && lanes.count_ones() >= KEPT_WHOLE {
-            self.packets.push(*packet);
             self.octants.push(octant_of(signs, lanes.trailing_zeros()));
+            self.ready += 1;
         } else {
-            self.take_apart(packet, lanes, signs);
+            self.take_apart(lanes, signs);
         }
     }
 
-    fn take_apart(&mut self, packet: &P, mut lanes: u8, signs: [u8; 3]) {
+    /// Adds some rays of a packet.
+    #[inline]
+    pub fn push_lanes(&mut self, packet: &P, lanes: u8) {
+        if lanes != 0 {
+            let next = self.next();
+            *next = *packet;
+            next.set_lanes(lanes);
+            self.push();
+        }
+    }
+
+    fn take_apart(&mut self, mut lanes: u8, signs: [u8; 3]) {
         while lanes != 0 {
             let from = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let octant = octant_of(signs, from as u32);
             let open = &mut self.open[usize::from(octant)];
             let filled = open.lanes();
+            let packet = &self.packets[self.ready];
             if filled == 0 {
                 // The first ray fills all lanes, so that those never filled hold numbers like the others.
                 for to in 0..LANES {
@@ -207,16 +237,23 @@ impl<P: Packet> Queue<P> {
             open.put(to, packet, from);
             open.set_lanes(filled << 1 | 1);
             if to + 1 == LANES {
-                self.packets.push(*open);
-                self.octants.push(octant);
+                // Ready packets come before the one that is being taken apart.
+                let full = *open;
                 open.set_lanes(0);
+                if self.packets.len() == self.ready + 1 {
+                    self.packets.push(full);
+                }
+                self.packets[self.ready + 1] = self.packets[self.ready];
+                self.packets[self.ready] = full;
+                self.octants.push(octant);
+                self.ready += 1;
             }
         }
     }
 
     /// Packets that are ready.
     pub fn len(&self) -> usize {
-        self.packets.len()
+        self.ready
     }
 
     /// Rays pushed since the last call.
@@ -226,44 +263,54 @@ impl<P: Packet> Queue<P> {
 
     /// Makes open packets ready, full or not.
     pub fn flush(&mut self) {
-        for (octant, open) in self.open.iter_mut().enumerate() {
+        for octant in 0..OCTANTS {
+            let open = self.open[octant];
             if open.lanes() != 0 {
-                self.packets.push(*open);
+                *self.next() = open;
+                self.ready += 1;
                 self.octants.push(octant as u8);
-                open.set_lanes(0);
+                self.open[octant].set_lanes(0);
             }
         }
     }
 
     /// The ready packets, which stay.
     pub fn packets(&self) -> &[P] {
-        &self.packets
+        &self.packets[..self.ready]
     }
 
     /// Drops the ready packets.
     pub fn clear(&mut self) {
-        self.packets.clear();
+        self.ready = 0;
         self.octants.clear();
     }
 
-    /// Moves the last `count` ready packets to `to`, in place of what is there; packets of one octant together.
-    pub fn take_last(&mut self, count: usize, to: &mut Vec<P>) {
-        to.clear();
-        let first = self.packets.len().saturating_sub(count);
+    /// Moves the last `count` ready packets to `to`, in place of what is there, and says in which order to take
+    /// them: those of one octant together.
+    pub fn take_last(&mut self, count: usize, to: &mut Vec<P>, order: &mut Vec<u32>) {
+        let first = self.ready.saturating_sub(count);
+        let octants = &self.octants[first..];
         let mut places = [0; OCTANTS + 1];
-        for &octant in &self.octants[first..] {
+        for &octant in octants {
             places[usize::from(octant) + 1] += 1;
         }
         for octant in 0..OCTANTS {
             places[octant + 1] += places[octant];
         }
-        to.resize(self.packets.len() - first, P::default());
-        for (packet, &octant) in self.packets[first..].iter().zip(&self.octants[first..]) {
+        order.clear();
+        order.resize(octants.len(), 0);
+        for (number, &octant) in octants.iter().enumerate() {
             let place = &mut places[usize::from(octant)];
-            to[*place] = *packet;
+            order[*place as usize] = number as u32;
             *place += 1;
         }
-        self.packets.truncate(first);
+        if first == 0 {
+            std::mem::swap(&mut self.packets, to);
+        } else {
+            to.clear();
+            to.extend_from_slice(&self.packets[first..self.ready]);
+        }
+        self.ready = first;
         self.octants.truncate(first);
     }
 }
@@ -286,6 +333,11 @@ mod tests {
         packet
     }
 
+    fn push(queue: &mut Queue<Carriers<f64x8>>, packet: Carriers<f64x8>) {
+        *queue.next() = packet;
+        queue.push();
+    }
+
     fn sinks(queue: &Queue<Carriers<f64x8>>) -> Vec<Vec<u32>> {
         let of =
             |p: &Carriers<f64x8>| (0..LANES).filter(|k| p.lanes >> k & 1 == 1).map(|k| p.sink[k]).collect();
@@ -295,7 +347,7 @@ mod tests {
     #[test]
     fn nearly_full_packets_of_one_octant_stay_whole() {
         let mut queue = Queue::default();
-        queue.push(&packet(0b1111_0111, |_| 1.0));
+        push(&mut queue, packet(0b1111_0111, |_| 1.0));
         assert_eq!(sinks(&queue), [[0, 1, 2, 4, 5, 6, 7]]);
     }
 
@@ -303,15 +355,15 @@ mod tests {
     fn mixed_rays_are_sorted_by_octant() {
         let mut queue = Queue::default();
         let alternating = packet(0xff, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
-        queue.push(&alternating);
+        push(&mut queue, alternating);
         assert_eq!(queue.len(), 0);
-        queue.push(&alternating);
+        push(&mut queue, alternating);
         assert_eq!(sinks(&queue), [[0, 2, 4, 6, 0, 2, 4, 6], [1, 3, 5, 7, 1, 3, 5, 7]]);
         assert_eq!(queue.take_count(), 16);
-        let mut taken = Vec::new();
-        queue.take_last(8, &mut taken);
-        assert_eq!((queue.len(), taken.len()), (0, 2));
-        for packet in &taken {
+        let (mut taken, mut order) = (Vec::new(), Vec::new());
+        queue.take_last(8, &mut taken, &mut order);
+        assert_eq!((queue.len(), order.len()), (0, 2));
+        for packet in order.iter().map(|&k| &taken[k as usize]) {
             let negative = packet.lines.rays.dir.x.lt(f64x8::zero()).bits();
             assert!(negative == 0 || negative == 0xff);
         }
@@ -320,7 +372,7 @@ mod tests {
     #[test]
     fn what_is_open_waits_for_the_flush() {
         let mut queue = Queue::default();
-        queue.push(&packet(0b0000_0110, |_| 1.0));
+        push(&mut queue, packet(0b0000_0110, |_| 1.0));
         assert_eq!(queue.len(), 0);
         queue.flush();
         assert_eq!(sinks(&queue), [[1, 2]]);

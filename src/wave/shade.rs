@@ -315,14 +315,15 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
         emit.sums.add(&hit.sink, light, lanes);
         return;
     }
-    emit.shadows[number].push(&Feelers {
-        lines: hit.leaving(lamp.incidence.dir),
-        t_max: lamp.incidence.distance,
-        light,
-        sink: hit.sink,
-        medium: hit.medium,
-        lanes,
-    });
+    let queue = &mut emit.shadows[number];
+    let feelers = queue.next();
+    hit.leave(lamp.incidence.dir, &mut feelers.lines);
+    feelers.t_max = lamp.incidence.distance;
+    feelers.light = light;
+    feelers.sink = hit.sink;
+    feelers.medium = hit.medium;
+    feelers.lanes = lanes;
+    queue.push();
 }
 
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
@@ -356,30 +357,32 @@ fn transmit<S: Scalar, B: Scalar>(
     let dir = Vec3::select(straight, hit.dir, bent.normalize());
 
     let level = |same: u8| -> [u16; LANES] { each_lane(|k| hit.level[k] + u16::from(same >> k & 1 == 0)) };
-    let bent = Carriers {
-        lines: hit.leaving(dir),
-        throughput: hit.throughput.mul(fade).mul(filter),
-        weight,
-        share: hit.share * grey(fade) * transmitted,
-        sink: hit.sink,
-        level: level(straight.bits()),
-        medium: each_lane(|k| crossings[k].next),
-        lanes: (seen & !back).bits(),
-    };
-    emit.refracted.push(&bent);
-
+    let inner = hit.throughput.mul(fade);
+    let lanes = (seen & !back).bits();
+    if lanes != 0 {
+        let bent = emit.refracted.next();
+        hit.leave(dir, &mut bent.lines);
+        bent.throughput = inner.mul(filter);
+        bent.weight = weight;
+        bent.share = hit.share * grey(fade) * transmitted;
+        bent.sink = hit.sink;
+        bent.level = level(straight.bits());
+        bent.medium = each_lane(|k| crossings[k].next);
+        bent.lanes = lanes;
+        emit.refracted.push();
+    }
     let lanes = (seen & back).bits();
     if lanes != 0 {
-        let mirrored = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
-        emit.reflected.push(&Carriers {
-            lines: hit.leaving(mirrored),
-            throughput: hit.throughput.mul(fade),
-            share: zero,
-            level: level(0),
-            medium: hit.medium,
-            lanes,
-            ..bent
-        });
+        let mirrored = emit.reflected.next();
+        hit.leave((hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize(), &mut mirrored.lines);
+        mirrored.throughput = inner;
+        mirrored.weight = weight;
+        mirrored.share = zero;
+        mirrored.sink = hit.sink;
+        mirrored.level = level(0);
+        mirrored.medium = hit.medium;
+        mirrored.lanes = lanes;
+        emit.reflected.push();
     }
     back
 }
@@ -439,21 +442,20 @@ fn reflect<S: Scalar, B: Scalar>(
         return;
     }
     let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
-    let mut mirrored = Carriers {
-        lines: hit.leaving(dir),
-        throughput: hit.throughput.mul(mirror.factor),
-        weight: mirror.weight,
-        share: S::Lane::zero(),
-        sink: hit.sink,
-        level: each_lane(|k| hit.level[k] + 1),
-        medium: hit.medium,
-        lanes,
-    };
+    let mirrored = emit.reflected.next();
+    hit.leave(dir, &mut mirrored.lines);
+    mirrored.throughput = hit.throughput.mul(mirror.factor);
+    mirrored.weight = mirror.weight;
+    mirrored.share = S::Lane::zero();
+    mirrored.sink = hit.sink;
+    mirrored.level = each_lane(|k| hit.level[k] + 1);
+    mirrored.medium = hit.medium;
+    mirrored.lanes = lanes;
     if mirror.finish.exponent != 1.0 {
         // What is seen is bent by a power before it is added: it needs a sum of its own.
         let exponent = 1.0 / mirror.finish.exponent;
         mirrored.sink = emit.sums.defer(&hit.sink, mirrored.throughput, exponent, lanes);
         mirrored.throughput = Vec3::lit(1.0);
     }
-    emit.reflected.push(&mirrored);
+    emit.reflected.push();
 }

@@ -1,7 +1,7 @@
 //! Shadow rays of one light: what blocks them, and what tints them.
 //!
-//! Rays are first held against everything that blocks all light, in any order. Only if the scene has see-through
-//! occluders do the survivors look for those, from surface to surface, and gather their filters.
+//! Rays are first held against everything in the way, in any order: what blocks all light ends them, what is
+//! see-through is only noted. Those with such a note go from surface to surface and gather what the surfaces let through.
 
 use super::hits::{resolve, seen_from_inside};
 use super::medium::Media;
@@ -27,7 +27,7 @@ impl<S: Scalar> ShadowTracer<S>
 where
     S::Lane: Default,
 {
-    /// Traces the ready packets of `queue` and adds the light that arrives to `sums`.
+    /// Traces the ready packets of `queue` and adds the light that arrives to `sums`; rays that may be tinted wait.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
@@ -40,29 +40,45 @@ where
         for group in queue.packets().chunks(GROUP) {
             self.queries.clear();
             self.queries.extend(group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)));
-            if scene.has_class(class::BLOCKS) {
-                tracer.occluded(scene, &mut self.queries, class::BLOCKS);
-            }
-            for (query, rays) in self.queries.iter().zip(group) {
+            let tinted = tracer.occluded(scene, &mut self.queries);
+            for (k, (query, rays)) in self.queries.iter().zip(group).enumerate() {
                 let lanes = rays.lanes & !query.hits();
+                sums.add(&rays.sink, rays.light, lanes & !tinted[k]);
                 if filters {
-                    self.open.push(&Feelers { lanes, ..*rays });
-                } else {
-                    sums.add(&rays.sink, rays.light, lanes);
+                    self.open.push_lanes(rays, lanes & tinted[k]);
                 }
             }
         }
         queue.clear();
-        if filters {
-            self.open.flush();
-            for group in self.open.packets().chunks(GROUP) {
-                let filters = gather_filters(scene, group, tracer, media);
-                for (rays, filter) in group.iter().zip(filters) {
-                    sums.add(&rays.sink, rays.light.mul(Vec3::from_fn(|k| filter[k])), rays.lanes);
-                }
+        self.trace_open(scene, tracer, media, sums);
+    }
+
+    /// Traces the rays that wait, full packets or not.
+    pub fn flush<B: Scalar>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        tracer: &mut Tracer<B>,
+        media: &mut Media,
+        sums: &mut Sums,
+    ) {
+        self.open.flush();
+        self.trace_open(scene, tracer, media, sums);
+    }
+
+    fn trace_open<B: Scalar>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        tracer: &mut Tracer<B>,
+        media: &mut Media,
+        sums: &mut Sums,
+    ) {
+        for group in self.open.packets().chunks(GROUP) {
+            let filters = gather_filters(scene, group, tracer, media);
+            for (rays, filter) in group.iter().zip(filters) {
+                sums.add(&rays.sink, rays.light.mul(Vec3::from_fn(|k| filter[k])), rays.lanes);
             }
-            self.open.clear();
         }
+        self.open.clear();
     }
 }
 

@@ -158,7 +158,15 @@ fn trace_group<S: Scalar, B: Scalar>(
     }
     match stream.query {
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
-        RayQuery::Any => tracer.occluded(scene, queries, class::BLOCKS | class::FILTERS),
+        RayQuery::Any => {
+            // What is see-through is hit, too: any surface stands for it.
+            let tinted = tracer.occluded(scene, queries);
+            for (query, tinted) in queries.iter_mut().zip(tinted) {
+                for k in (0..LANES).filter(|k| tinted >> k & 1 == 1) {
+                    query.surface[k] = 0;
+                }
+            }
+        }
     }
     let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
     for (query, (t, surface)) in queries.iter().zip(lanes) {

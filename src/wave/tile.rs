@@ -2,7 +2,7 @@
 
 use super::camera::{pixel_order, push_camera_rays};
 use super::enclosing::Enclosing;
-use super::hits::HitList;
+use super::hits::{Hit, HitList, Sender};
 use super::light::LightProgram;
 use super::medium::Media;
 use super::queue::{Carriers, Feelers, Queue};
@@ -17,6 +17,9 @@ use crate::lane::{Lane, Scalar, Vec3};
 /// Packets that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
 /// the end in batches of this size, so that waiting rays stay few however deep the recursion goes.
 const BATCH: usize = 128;
+
+/// Shadow rays of a light wait for so many packets, or for the end of the tile.
+const SHADOW_BATCH: usize = 8;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +52,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
     shadows: ShadowTracer<S>,
     batch: Vec<Carriers<S::Lane>>,
+    /// Numbers of packets of `batch`.
+    batch_order: Vec<u32>,
     camera: Queue<Carriers<S::Lane>>,
     reflected: Queue<Carriers<S::Lane>>,
     /// By who sent them: camera rays and what they became, or reflected ones. Refraction does not change what a ray sees.
@@ -74,14 +79,17 @@ where
         pixel_order(area, &mut self.order);
         push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
         let camera = self.camera.take_count();
-        self.camera.take_last(usize::MAX, &mut self.batch);
-        self.wave(shared, class::CAMERA);
+        self.camera.take_last(usize::MAX, &mut self.batch, &mut self.batch_order);
+        self.wave(shared, Sender::Camera);
         loop {
             // The longest queue first, from its end: deep rays before shallow ones.
             let lengths = [self.reflected.len(), self.refracted[0].len(), self.refracted[1].len()];
             let longest = (0..3).max_by_key(|&k| lengths[k]).unwrap_or(0);
             if lengths[longest] == 0 {
-                // Only packets that are not full are left.
+                // Only packets that are not full are left: of hits first, which fill those of rays.
+                if self.flush_hits(shared) {
+                    continue;
+                }
                 self.reflected.flush();
                 self.refracted.iter_mut().for_each(Queue::flush);
                 if self.reflected.len() + self.refracted[0].len() + self.refracted[1].len() == 0 {
@@ -89,24 +97,22 @@ where
                 }
                 continue;
             }
-            let filter = match longest {
-                0 => {
-                    self.reflected.take_last(BATCH, &mut self.batch);
-                    class::REFLECTED
-                }
-                k => {
-                    self.refracted[k - 1].take_last(BATCH, &mut self.batch);
-                    [class::CAMERA, class::REFLECTED][k - 1]
-                }
+            let (queue, sender) = match longest {
+                0 => (&mut self.reflected, Sender::Mirror),
+                1 => (&mut self.refracted[0], Sender::Camera),
+                _ => (&mut self.refracted[1], Sender::Mirror),
             };
-            self.wave(shared, filter);
+            queue.take_last(BATCH, &mut self.batch, &mut self.batch_order);
+            self.wave(shared, sender);
         }
+        let Self { shadows, shadow_queues, tracer, media, sums, .. } = self;
         let mut shadow = 0;
-        for queue in &mut self.shadow_queues {
+        for queue in shadow_queues {
             queue.flush();
             shadow += queue.take_count();
-            self.shadows.trace(shared.scene, queue, &mut self.tracer, &mut self.media, &mut self.sums);
+            shadows.trace(shared.scene, queue, tracer, media, sums);
         }
+        shadows.flush(shared.scene, tracer, media, sums);
         // From the order of the rays to rows.
         pixels.clear();
         pixels.resize(area.width * area.height, Pixel::default());
@@ -119,41 +125,53 @@ where
     }
 
     /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
-    fn wave(&mut self, shared: &Shared<S, B>, filter: u8) {
+    fn wave(&mut self, shared: &Shared<S, B>, sender: Sender) {
+        let Self { batch, batch_order, queries, tracer, hits, sums, media, shadow_queues, shadows, .. } =
+            self;
         let scene = shared.scene;
         let background = Vec3::splat(scene.background.rgb);
-        let mut emit = Emit {
-            sums: &mut self.sums,
-            reflected: &mut self.reflected,
-            refracted: &mut self.refracted[usize::from(filter == class::REFLECTED)],
-            shadows: &mut self.shadow_queues,
-            media: &mut self.media,
+        let filter = match sender {
+            Sender::Camera => class::CAMERA,
+            Sender::Mirror => class::REFLECTED,
         };
-        for group in self.batch.chunks(GROUP) {
-            self.queries.clear();
-            self.queries.extend(
-                group.iter().map(|rays| Query::new(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes)),
+        let (reflected, refracted) = (&mut self.reflected, &mut self.refracted);
+        for group in batch_order.chunks(GROUP) {
+            let group = group.iter().map(|&number| &batch[number as usize]);
+            queries.clear();
+            queries.extend(
+                group.clone().map(|rays| Query::new(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes)),
             );
-            self.tracer.nearest(scene, &mut self.queries, filter);
-            for (rays, query) in group.iter().zip(&self.queries) {
+            tracer.nearest(scene, queries, filter);
+            for (rays, query) in group.zip(&*queries) {
                 let missed = query.lanes & !query.hits();
                 if missed != 0 {
-                    emit.sums.add(&rays.sink, background.mul(rays.throughput), missed);
+                    sums.add(&rays.sink, background.mul(rays.throughput), missed);
                     if scene.background.transmit != 0.0 {
                         let share = rays.share * S::Lane::lit(scene.background.transmit);
-                        emit.sums.add_transmit(&rays.sink, share, missed);
+                        sums.add_transmit(&rays.sink, share, missed);
                     }
                 }
-                self.hits.take(scene, rays, query, |hit, program| {
+                hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
+                    let refracted = &mut refracted[sender as usize];
+                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
                     shade(scene, &shared.lights, hit, program, &mut emit);
                 });
             }
         }
-        self.hits.shade_rest(scene.textures.programs.len(), |hit, program| {
-            shade(scene, &shared.lights, hit, program, &mut emit);
-        });
-        for queue in &mut self.shadow_queues {
-            self.shadows.trace(scene, queue, &mut self.tracer, &mut self.media, &mut self.sums);
+        for queue in shadow_queues {
+            if queue.len() >= SHADOW_BATCH {
+                shadows.trace(scene, queue, tracer, media, sums);
+            }
         }
+    }
+
+    /// Shades the hits that wait; false if there are none.
+    fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
+        let Self { hits, sums, media, shadow_queues, reflected, refracted, .. } = self;
+        hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
+            let refracted = &mut refracted[sender as usize];
+            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
+            shade(shared.scene, &shared.lights, hit, program, &mut emit);
+        })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::queue::Lines;
 use crate::bvh::{Packet, Run, Stack, Traversal, Visit, walk};
-use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock};
+use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock, class};
 use crate::csg::{Best, PartRoots, Scratch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
@@ -76,14 +76,15 @@ impl<B: Scalar> Tracer<B> {
         self.trace::<S, false>(scene, queries, filter);
     }
 
-    /// Whether anything is hit before `t`: in lanes where it is, `surface` names something hit (not the nearest).
+    /// Whether anything that blocks light is hit before `t`: in lanes where it is, `surface` names something hit (not
+    /// the nearest). Returns, for each packet, the lanes that meet something see-through on the way.
     pub fn occluded<S: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
-        filter: u8,
-    ) {
-        self.trace::<S, true>(scene, queries, filter);
+    ) -> [u8; GROUP] {
+        let classes = class::BLOCKS | class::FILTERS;
+        if scene.has_class(classes) { self.trace::<S, true>(scene, queries, classes) } else { [0; GROUP] }
     }
 
     fn trace<S: Scalar, const ANY: bool>(
@@ -91,9 +92,9 @@ impl<B: Scalar> Tracer<B> {
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
-    ) {
+    ) -> [u8; GROUP] {
         let Self { stack, packets, scratch, traversal } = self;
-        let mut leaves = Leaves::<S, B, ANY> { scene, queries, filter, scratch };
+        let mut leaves = Leaves::<S, B, ANY> { scene, queries, filter, scratch, tinted: [0; GROUP] };
         for run in &scene.unbounded {
             if run.class & filter != 0 {
                 for k in 0..leaves.queries.len() {
@@ -113,6 +114,7 @@ impl<B: Scalar> Tracer<B> {
             ));
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
+        leaves.tinted
     }
 }
 
@@ -126,6 +128,8 @@ struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
     queries: &'a mut [Query<S::Lane>],
     filter: u8,
     scratch: &'a mut Scratch,
+    /// By packet, the shadow rays that something see-through is in the way of.
+    tinted: [u8; GROUP],
 }
 
 impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
@@ -151,6 +155,10 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
     fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
         let query = &mut self.queries[packet];
         let lanes = lanes & query.lanes;
+        if ANY && run.class & class::BLOCKS == 0 {
+            self.note(run, packet, lanes & !self.tinted[packet]);
+            return 0;
+        }
         if run.kind == COMPOSITE {
             return composites::<S, B, ANY>(self.scene, run, query, lanes, self.scratch);
         }
@@ -158,6 +166,28 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
         self.scene
             .columns
             .with(run.kind, TestRun { run, base, query, lanes, rank: &self.scene.rank, any: ANY })
+    }
+}
+
+impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
+    /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.
+    #[cold]
+    fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
+        if lanes == 0 {
+            return;
+        }
+        let query = &mut self.queries[packet];
+        let (t, surface) = (query.t, query.surface);
+        let met = if run.kind == COMPOSITE {
+            composites::<S, B, ANY>(self.scene, run, query, lanes, self.scratch)
+        } else {
+            let base = self.scene.base[usize::from(run.kind)];
+            let rank = &self.scene.rank;
+            self.scene.columns.with(run.kind, TestRun { run, base, query, lanes, rank, any: ANY })
+        };
+        let query = &mut self.queries[packet];
+        (query.t, query.surface) = (t, surface);
+        self.tinted[packet] |= met;
     }
 }
 
