@@ -3,6 +3,7 @@
 use super::machine::{Machine, Res};
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::{function::truncated, noise};
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,7 +38,7 @@ impl Machine<'_> {
         if !is_call(word) {
             return Ok(None);
         }
-        let at = self.next()?;
+        self.next()?;
         self.expect(Mark::OpenParen)?;
         let value = match word {
             K::Atan2 | K::Pow | K::Mod | K::Div => {
@@ -56,7 +57,10 @@ impl Machine<'_> {
             }
             K::Rand => self.random()?,
             K::Defined => {
-                let declared = match self.peek()? {
+                let expand = std::mem::replace(&mut self.expand, false);
+                let next = self.peek();
+                self.expand = expand;
+                let declared = match next? {
                     Token::Name(symbol) => {
                         self.next()?;
                         self.is_there(self.scopes.get(symbol))
@@ -116,10 +120,8 @@ impl Machine<'_> {
                 self.comma()?;
                 Num::vector(rotated_about(v, axis, self.float()?))
             }
-            _ => {
-                let message = format!("not modelled yet: `{}` in an expression", word.text());
-                return Err(self.error(message, self.span(at)));
-            }
+            K::Vturbulence => self.vturbulence()?,
+            _ => self.geometry_call(word)?,
         };
         self.close_call(value).map(Some)
     }
@@ -142,6 +144,19 @@ impl Machine<'_> {
         Ok((a, self.vector()?))
     }
 
+    /// `vturbulence(lambda, omega, octaves, point)`.
+    fn vturbulence(&mut self) -> Res<Num> {
+        let lambda = self.float()?;
+        self.comma()?;
+        let omega = self.float()?;
+        self.comma()?;
+        // POV-Ray's bounds.
+        let count = self.float()?.clamp(1.0, 10.0) as u32;
+        self.comma()?;
+        let point = self.vector()?;
+        Ok(Num::vector(noise::turbulence_vector(point, &noise::Octaves { count, omega, lambda })))
+    }
+
     /// One or more floats, folded from the left.
     fn fold(&mut self, f: impl Fn(f64, f64) -> f64) -> Res<Num> {
         let mut value = self.float()?;
@@ -153,7 +168,7 @@ impl Machine<'_> {
     }
 
     fn fold_bits(&mut self, f: impl Fn(i64, i64) -> i64) -> Res<Num> {
-        self.fold(|a, b| f(to_int(a) as i64, to_int(b) as i64) as f64)
+        self.fold(|a, b| f(truncated(a) as i64, truncated(b) as i64) as f64)
     }
 
     /// `select(v, negative, zero, positive)` or `select(v, negative, other)`.
@@ -257,7 +272,7 @@ pub(super) fn float_function_of_two(word: Keyword) -> Option<fn(f64, f64) -> f64
         K::Pow => f64::powf,
         // C's fmod: the sign is the first one's.
         K::Mod => remainder,
-        K::Div => |a, b| to_int(a / b),
+        K::Div => |a, b| truncated(a / b),
         _ => return None,
     })
 }
@@ -293,7 +308,7 @@ pub(super) fn float_function(word: Keyword) -> Option<fn(f64) -> f64> {
         K::Radians => |v| v * (PI / 180.0),
         K::Exp => f64::exp,
         K::Floor => f64::floor,
-        K::Int => to_int,
+        K::Int => truncated,
         K::Ln => f64::ln,
         K::Log => f64::log10,
         K::Sin => f64::sin,
@@ -341,12 +356,6 @@ fn is_call(word: Keyword) -> bool {
             | K::MaxExtent
             | K::Inside
     )
-}
-
-/// Truncation as C's cast to a 32-bit integer does it on the machines POV-Ray runs on: what does not fit is the
-/// smallest integer (measured).
-fn to_int(value: f64) -> f64 {
-    if value > -2_147_483_649.0 && value < 2_147_483_648.0 { value.trunc() } else { f64::from(i32::MIN) }
 }
 
 /// `val("12.5 mm")` is 12.5, as C's `atof` has it.

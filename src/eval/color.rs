@@ -22,7 +22,9 @@ impl Machine<'_> {
         let mut started = false;
         let mut whole = false;
         loop {
-            let word = match self.peek()? {
+            // Once there is a colour, an old scene's next directive may need it declared.
+            let next = if started { self.peek_operator()? } else { self.peek()? };
+            let word = match next {
                 Token::Word(word) => word,
                 _ if started => break,
                 _ => {

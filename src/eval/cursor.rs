@@ -104,13 +104,24 @@ impl Machine<'_> {
     /// value. `#declare A = B` goes without a semicolon for most kinds of values, and the next `#declare` or `#ifdef`
     /// must find `A` declared.
     pub fn peek_behind_value(&mut self) -> Res<Token> {
-        // A macro whose body ends with the value is left, and what follows the call is looked at.
-        while self.frames.len() > 1 && matches!(self.peek_raw(), Token::Directive(Directive::EndMacro, _)) {
-            self.leave_frame();
-        }
+        self.leave_ended_macros();
         match self.peek_raw() {
             token @ Token::Directive(..) => Ok(token),
+            // Nor is a macro called: what it is given may be what is being declared.
+            token @ Token::Name(symbol) if matches!(self.scopes.get(symbol), Some(Value::Macro(_))) => {
+                Ok(token)
+            }
             _ => self.peek(),
+        }
+    }
+
+    /// Leaves macros that were called for the value being declared and whose bodies have ended with it.
+    pub fn leave_ended_macros(&mut self) {
+        while self.scopes.depth() > self.declare_depth
+            && self.frames.len() > 1
+            && matches!(self.peek_raw(), Token::Directive(Directive::EndMacro, _))
+        {
+            self.leave_frame();
         }
     }
 

@@ -336,12 +336,17 @@ impl Machine<'_> {
             place.path.push(index);
             element = Some(place);
         }
-        let value = match self.expect(Mark::Equal).and_then(|_| self.rvalue()) {
+        let depth = self.scopes.depth();
+        let outer = std::mem::replace(&mut self.declare_depth, depth);
+        let value = self.expect(Mark::Equal).and_then(|_| self.rvalue());
+        self.leave_ended_macros();
+        self.declare_depth = outer;
+        let value = match value {
             Ok(value) => value,
             Err(stop) => {
                 // Whoever uses the name later should not be told again.
                 if element.is_none() && !matches!(stop, Stop::Halt(_)) {
-                    self.assign(symbol, local, Value::Poison);
+                    self.assign(symbol, local.then_some(depth), Value::Poison);
                 }
                 return Err(stop);
             }
@@ -355,7 +360,7 @@ impl Machine<'_> {
                     return Err(self.error(message, self.span(at)));
                 }
             }
-            None => self.assign(symbol, local, value),
+            None => self.assign(symbol, local.then_some(depth), value),
         }
         // POV-Ray insists since 3.5 and says nothing in older scenes.
         if needs_semicolon && self.version > 3.1 && self.peek_behind_value()? != Token::Mark(Mark::Semicolon)
@@ -369,11 +374,10 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn assign(&mut self, symbol: Symbol, local: bool, value: Value) {
-        if local {
-            self.scopes.local(symbol, value);
-        } else {
-            self.scopes.declare(symbol, value);
+    fn assign(&mut self, symbol: Symbol, local_at: Option<usize>, value: Value) {
+        match local_at {
+            Some(depth) => self.scopes.local_at(depth, symbol, value),
+            None => self.scopes.declare(symbol, value),
         }
     }
 

@@ -3,8 +3,9 @@
 use super::compiled::{Level, compare};
 use super::machine::{Lexeme, Machine, Res, Stop};
 use super::scope::Slot;
-use super::value::{Array, Num, Value};
+use super::value::{Array, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::function::{Callee, Component};
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::sync::Arc;
@@ -149,24 +150,23 @@ impl Machine<'_> {
     /// `.x`, `.red` and the like, any number of times.
     pub fn suffix(&mut self, mut value: Num) -> Res<Num> {
         while self.peek_operator()? == Token::Mark(Mark::Dot) {
-            self.next()?;
-            let lexeme = self.next()?;
-            let component = match lexeme.token {
-                Token::Word(Keyword::X | Keyword::U | Keyword::Red) => 0,
-                Token::Word(Keyword::Y | Keyword::V | Keyword::Green) => 1,
-                Token::Word(Keyword::Z | Keyword::Blue) => 2,
-                Token::Word(Keyword::T | Keyword::Filter) => 3,
-                Token::Word(Keyword::Transmit) => 4,
-                Token::Word(Keyword::Gray) => {
-                    let c = value.promoted(3);
-                    value = Num::float(0.297 * c[0] + 0.589 * c[1] + 0.114 * c[2]);
-                    continue;
-                }
-                _ => return Err(self.error_here("expected a component such as `x` or `red` after `.`")),
-            };
-            value = Num::float(value.promoted(5)[component]);
+            value = Num::float(self.component()?.of(&value.promoted(5)));
         }
         Ok(value)
+    }
+
+    /// `.x`, `.red` and the like; the dot is next.
+    pub fn component(&mut self) -> Res<Component> {
+        self.next()?;
+        Ok(match self.next()?.token {
+            Token::Word(Keyword::X | Keyword::U | Keyword::Red) => Component::Index(0),
+            Token::Word(Keyword::Y | Keyword::V | Keyword::Green) => Component::Index(1),
+            Token::Word(Keyword::Z | Keyword::Blue) => Component::Index(2),
+            Token::Word(Keyword::T | Keyword::Filter) => Component::Index(3),
+            Token::Word(Keyword::Transmit) => Component::Index(4),
+            Token::Word(Keyword::Gray) => Component::Gray,
+            _ => return Err(self.error_here("expected a component such as `x` or `red` after `.`")),
+        })
     }
 
     /// A number, vector, name, call or parenthesis, with the signs before it and the `.x` behind.
@@ -213,6 +213,9 @@ impl Machine<'_> {
                     Value::Number(num) => num,
                     Value::Function(function) if self.peek()? == Token::Mark(Mark::OpenParen) => {
                         self.call_function(&function)?
+                    }
+                    Value::Spline(spline) if self.peek()? == Token::Mark(Mark::OpenParen) => {
+                        self.call_function(&With::new(Callee::Spline(spline)))?
                     }
                     Value::Poison => return Err(Stop::Silent),
                     other => {
@@ -381,6 +384,10 @@ impl Machine<'_> {
                         let first = m.call_function(&function)?;
                         Ok(Value::Number(m.expr_from(first)?))
                     }
+                    Value::Spline(spline) if m.peek_behind_value()? == Token::Mark(Mark::OpenParen) => {
+                        let first = m.call_function(&With::new(Callee::Spline(spline)))?;
+                        Ok(Value::Number(m.expr_from(first)?))
+                    }
                     Value::Poison => Err(Stop::Silent),
                     other => Ok(other),
                 }
@@ -429,6 +436,10 @@ impl Machine<'_> {
             },
             Some(Value::Function(function)) if next == Token::Mark(Mark::OpenParen) => {
                 let first = self.call_function(&function)?;
+                Ok(Slot::Value(Value::Number(self.expr_from(first)?)))
+            }
+            Some(Value::Spline(spline)) if next == Token::Mark(Mark::OpenParen) => {
+                let first = self.call_function(&With::new(Callee::Spline(spline)))?;
                 Ok(Slot::Value(Value::Number(self.expr_from(first)?)))
             }
             Some(value) if gone => Ok(Slot::Value(value)),

@@ -11,6 +11,15 @@ use std::sync::Arc;
 const EMBEDDED: &[(&str, &str)] = &[
     ("colors.inc", include_str!("includes/colors.inc")),
     ("consts.inc", include_str!("includes/consts.inc")),
+    ("finish.inc", include_str!("includes/finish.inc")),
+    ("functions.inc", include_str!("includes/functions.inc")),
+    ("glass.inc", include_str!("includes/glass.inc")),
+    ("math.inc", include_str!("includes/math.inc")),
+    ("metals.inc", include_str!("includes/metals.inc")),
+    ("rand.inc", include_str!("includes/rand.inc")),
+    ("shapes.inc", include_str!("includes/shapes.inc")),
+    ("textures.inc", include_str!("includes/textures.inc")),
+    ("transforms.inc", include_str!("includes/transforms.inc")),
 ];
 
 /// Where an include was found.
@@ -54,7 +63,8 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) ->
         machine.files_read.push(path.into());
         machine.folder = path.parent().map(Into::into);
     }
-    // These can be declared anew, as POV-Ray lets them: they are no keywords.
+    // These can be declared anew, as POV-Ray lets them: they are no keywords. One picture is the one frame of a film:
+    // scenes that are made for films count on it. (POV-Ray has 0 everywhere then.)
     let given = [
         ("image_width", options.image_width as f64),
         ("image_height", options.image_height as f64),

@@ -1,377 +1,451 @@
-//! `function { ... }` (manual section 3.1.7): compiled once to a tree of floats, called by expressions.
+//! `function { ... }` (manual section 3.1.7): read once and compiled to a [`Function`]'s operations.
 //!
-//! Identifiers are captured when the function is declared. Patterns, pigments and POV-Ray's internal functions are
-//! read but not modelled; a call of one says so.
+//! Identifiers are captured when the function is declared. What patterns and pigments say at a point, the oracle is asked.
 
-use super::builtin::float_function;
-use super::directive::EQUAL_WITHIN;
-use super::expr::divide;
-use super::machine::{Machine, Res, Stop};
-use super::value::{Num, Value};
+use super::machine::{Lexeme, Machine, Res, Stop};
+use super::value::{Lacks, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::reference;
+use crate::scene::function::{Binary, Callee, Component, Op, Operand, Surroundings, Unary};
+use crate::scene::{Function, Pigment, internal};
+use glam::DVec3;
 use smallvec::SmallVec;
 use std::sync::Arc;
 
-/// A function that has been declared.
-#[derive(Debug)]
-pub(super) struct Function {
-    params: usize,
-    /// `None`: read, but not modelled.
-    body: Option<Node>,
+/// What a name that is called stands for, and what in it is not modelled.
+pub(super) type Called = With<Callee>;
+
+/// Functions within each other beyond this are refused: evaluation recurses.
+const DEEPEST: usize = 100;
+/// Steps of one call by the script: a function of functions can double its cost at each level.
+const CALL_STEPS: u64 = 100_000_000;
+/// Operations of one function.
+const LONGEST: usize = 30_000;
+
+/// A function under way.
+struct Draft {
+    function: Function,
+    /// What names mean: parameters first, then the variables of `sum` and `prod` about.
+    names: SmallVec<[(Token, u16); 4]>,
+    lacks: Lacks,
 }
-
-/// A function's body.
-#[derive(Debug)]
-enum Node {
-    Constant(f64),
-    /// A parameter, or the variable of a `sum` or `prod` around.
-    Variable(usize),
-    One(fn(f64) -> f64, Box<Node>),
-    Two(fn(f64, f64) -> f64, Box<[Node; 2]>),
-    /// `select(v, negative, zero, positive)` or `select(v, negative, other)`.
-    Select(Vec<Node>),
-    /// `sum` or `prod`: the variable's index, from, to, body.
-    Series {
-        product: bool,
-        variable: usize,
-        bounds: Box<[Node; 2]>,
-        body: Box<Node>,
-    },
-    Call(Arc<Function>, Vec<Node>),
-}
-
-/// What a name in a body may mean, innermost last.
-type Names = SmallVec<[Token; 4]>;
-
-/// More turns of a `sum` than this end it: it is one step of the evaluator.
-const SERIES_TURNS: f64 = 1e6;
 
 impl Machine<'_> {
     /// What stands behind `function`.
     pub fn function(&mut self) -> Res<Value> {
         self.deeper(|m| {
-            let mut names: Names = SmallVec::new();
+            let mut names: SmallVec<[(Token, u16); 4]> = SmallVec::new();
             if m.accept(Mark::OpenParen)? {
                 while !m.accept(Mark::CloseParen)? {
                     let expand = std::mem::replace(&mut m.expand, false);
                     let name = m.next();
                     m.expand = expand;
                     match name?.token {
-                        token @ (Token::Name(_) | Token::Word(_)) => names.push(token),
+                        token @ (Token::Name(_) | Token::Word(_)) if names.len() < 100 => {
+                            names.push((token, names.len() as u16));
+                        }
                         _ => return Err(m.error_here("expected a parameter's name or `)`")),
                     }
                     m.comma()?;
                 }
             } else {
-                names.extend([Keyword::X, Keyword::Y, Keyword::Z].map(Token::Word));
+                let xyz = [Keyword::X, Keyword::Y, Keyword::Z];
+                names.extend(xyz.iter().zip(0..).map(|(word, i)| (Token::Word(*word), i)));
+            }
+            let open = m.open("function")?;
+            let at = m.peek_lexeme()?;
+            let called = match at.token {
+                Token::Word(word) => m.special_function(word, at)?,
+                _ => None,
+            };
+            if let Some(called) = called {
+                m.close("function", open)?;
+                return Ok(Value::Function(Arc::new(called)));
             }
             let params = names.len();
-            let open = m.open("function")?;
-            let body = match m.peek()? {
-                Token::Word(
-                    Keyword::Internal
-                    | Keyword::Pattern
-                    | Keyword::Pigment
-                    | Keyword::Transform
-                    | Keyword::Spline,
-                ) => {
-                    m.skip_block("function", open)?;
-                    None
-                }
-                _ => {
-                    let node = m.body_logical(&mut names)?;
-                    m.close("function", open)?;
-                    Some(node)
-                }
-            };
-            Ok(Value::Function(Arc::new(Function { params, body })))
+            let ops = Vec::new();
+            let result = Operand::Constant(0.0);
+            let function =
+                Function { params, registers: params, ops, result, depth: 1, asks_pigments: false };
+            let mut draft = Draft { function, names, lacks: Lacks::default() };
+            draft.function.result = m.body_logical(&mut draft)?;
+            m.close("function", open)?;
+            if draft.function.depth > DEEPEST {
+                let message = format!("more than {DEEPEST} functions within each other");
+                return Err(m.error(message, m.span(open)));
+            }
+            m.charge(draft.function.ops.len() * std::mem::size_of::<Op>())?;
+            let value = Callee::Function(Arc::new(draft.function));
+            Ok(Value::Function(Arc::new(With { value, lacks: draft.lacks })))
         })
     }
 
+    /// A function that is not made of floats: its word and what follows, but not the closing brace.
+    fn special_function(&mut self, word: Keyword, at: Lexeme) -> Res<Option<Called>> {
+        Ok(Some(match word {
+            Keyword::Internal => {
+                self.next()?;
+                self.expect(Mark::OpenParen)?;
+                let number = self.finite()?;
+                self.expect(Mark::CloseParen)?;
+                let known = (0.0..1000.0).contains(&number) && internal::is_modelled(number as u16);
+                match known {
+                    true => With::new(Callee::Internal(number as u16)),
+                    false => {
+                        With { value: Callee::Missing, lacks: self.lack(format!("internal({number})"), at) }
+                    }
+                }
+            }
+            Keyword::Pigment => {
+                self.next()?;
+                let mut pigment = With::new(Pigment::default());
+                self.pigment(&mut pigment)?;
+                With { value: Callee::Pigment(Arc::new(pigment.value)), lacks: pigment.lacks }
+            }
+            Keyword::Pattern => {
+                self.next()?;
+                let pigment = self.pattern_block()?;
+                With { value: Callee::Pattern(Arc::new(pigment.value)), lacks: pigment.lacks }
+            }
+            Keyword::Transform => {
+                self.next()?;
+                With::new(Callee::Transform(self.transform_block()?))
+            }
+            Keyword::Spline => {
+                self.next()?;
+                With::new(Callee::Spline(Arc::new(self.spline()?)))
+            }
+            _ => return Ok(None),
+        }))
+    }
+
     /// The arguments of a call, and its value.
-    pub fn call_function(&mut self, function: &Function) -> Res<Num> {
+    pub fn call_function(&mut self, called: &Called) -> Res<Num> {
         self.deeper(|m| {
             let at = m.last;
             m.expect(Mark::OpenParen)?;
-            let mut arguments: Vec<f64> = Vec::with_capacity(function.params);
+            let mut arguments: SmallVec<[f64; 8]> = SmallVec::new();
             while m.peek()? != Token::Mark(Mark::CloseParen) {
-                arguments.push(m.float()?);
+                // A point may be given as a vector.
+                let value = m.expr()?;
+                arguments.extend_from_slice(&value.v[..usize::from(value.n)]);
                 m.comma()?;
-            }
-            m.expect(Mark::CloseParen)?;
-            if arguments.len() != function.params && function.body.is_some() {
-                let message =
-                    format!("the function wants {} arguments, found {}", function.params, arguments.len());
-                return Err(m.error(message, m.span(at)));
-            }
-            match function.call(&mut arguments) {
-                Some(value) => Ok(Num::float(value)),
-                None => {
-                    let message = "not modelled yet: a call of a function made of a pattern, pigment or internal function";
-                    Err(m.error(message, m.span(at)))
+                // The second argument of a spline may be another kind of curve; it is one already.
+                if matches!(called.value, Callee::Spline(_)) {
+                    m.spline_kind()?;
+                    arguments.truncate(1);
                 }
             }
+            m.expect(Mark::CloseParen)?;
+            m.check_arguments(&called.value, arguments.len(), at)?;
+            m.miss(&called.lacks);
+            let pigment = |pigment: &Pigment, point: DVec3| {
+                let color = reference::pigment_color(pigment, point);
+                [color.rgb.x, color.rgb.y, color.rgb.z, color.filter, color.transmit]
+            };
+            let mut around = Surroundings { steps: CALL_STEPS, pigment: &pigment };
+            let v = called.value.values(&arguments, &mut around);
+            m.count_steps(CALL_STEPS - around.steps)?;
+            let Some(v) = v else {
+                return Err(m.halt(format!("stopped: a function's value takes more than {CALL_STEPS} steps")));
+            };
+            let n = match &called.value {
+                Callee::Spline(spline) => spline.components.max(1),
+                Callee::Transform(_) => 3,
+                Callee::Pigment(_) => 5,
+                _ => 1,
+            };
+            Ok(Num { n, v })
         })
+    }
+
+    fn check_arguments(&mut self, callee: &Callee, found: usize, at: Lexeme) -> Res<()> {
+        let (least, most) = callee.arguments();
+        if (least..=most).contains(&found) {
+            return Ok(());
+        }
+        let message = format!("the function wants {least} arguments, found {found}");
+        Err(self.error(message, self.span(at)))
     }
 
     // ----------------------------------------------------------------------------------------------------------
     // Bodies: relations and logic need no parentheses here
 
-    fn body_logical(&mut self, names: &mut Names) -> Res<Node> {
+    fn body_logical(&mut self, draft: &mut Draft) -> Res<Operand> {
         self.deeper(|m| {
-            let mut left = m.body_relation(names)?;
+            let mut left = m.body_relation(draft)?;
             while let Token::Mark(mark @ (Mark::And | Mark::Or)) = m.peek()? {
                 m.next()?;
-                let right = m.body_relation(names)?;
-                let f: fn(f64, f64) -> f64 = match mark {
-                    Mark::And => |a, b| f64::from(a != 0.0 && b != 0.0),
-                    _ => |a, b| f64::from(a != 0.0 || b != 0.0),
-                };
-                left = Node::two(f, left, right);
+                let right = m.body_relation(draft)?;
+                let f = if mark == Mark::And { Binary::And } else { Binary::Or };
+                left = m.op_two(draft, f, left, right)?;
             }
             Ok(left)
         })
     }
 
-    fn body_relation(&mut self, names: &mut Names) -> Res<Node> {
-        let mut left = self.body_sum(names)?;
+    fn body_relation(&mut self, draft: &mut Draft) -> Res<Operand> {
+        let mut left = self.body_sum(draft)?;
         loop {
             let Token::Mark(mark) = self.peek()? else { return Ok(left) };
-            let f: fn(f64, f64) -> f64 = match mark {
-                Mark::Less => |a, b| f64::from(a < b),
-                Mark::LessEqual => |a, b| f64::from(a <= b),
-                Mark::Greater => |a, b| f64::from(a > b),
-                Mark::GreaterEqual => |a, b| f64::from(a >= b),
-                Mark::Equal => |a, b| f64::from((a - b).abs() < EQUAL_WITHIN),
-                Mark::NotEqual => |a, b| f64::from((a - b).abs() >= EQUAL_WITHIN),
+            let f = match mark {
+                Mark::Less => Binary::Less,
+                Mark::LessEqual => Binary::LessEqual,
+                Mark::Greater => Binary::Greater,
+                Mark::GreaterEqual => Binary::GreaterEqual,
+                Mark::Equal => Binary::Equal,
+                Mark::NotEqual => Binary::NotEqual,
                 _ => return Ok(left),
             };
             self.next()?;
-            let right = self.body_sum(names)?;
-            left = Node::two(f, left, right);
+            let right = self.body_sum(draft)?;
+            left = self.op_two(draft, f, left, right)?;
         }
     }
 
-    fn body_sum(&mut self, names: &mut Names) -> Res<Node> {
-        let mut left = self.body_product(names)?;
+    fn body_sum(&mut self, draft: &mut Draft) -> Res<Operand> {
+        let mut left = self.body_product(draft)?;
         while let Token::Mark(mark @ (Mark::Plus | Mark::Minus)) = self.peek()? {
             self.next()?;
-            let right = self.body_product(names)?;
-            let f: fn(f64, f64) -> f64 = if mark == Mark::Plus { |a, b| a + b } else { |a, b| a - b };
-            left = Node::two(f, left, right);
+            let right = self.body_product(draft)?;
+            let f = if mark == Mark::Plus { Binary::Add } else { Binary::Subtract };
+            left = self.op_two(draft, f, left, right)?;
         }
         Ok(left)
     }
 
-    fn body_product(&mut self, names: &mut Names) -> Res<Node> {
-        let mut left = self.body_factor(names)?;
+    fn body_product(&mut self, draft: &mut Draft) -> Res<Operand> {
+        let mut left = self.body_factor(draft)?;
         while let Token::Mark(mark @ (Mark::Star | Mark::Slash)) = self.peek()? {
             self.next()?;
-            let right = self.body_factor(names)?;
-            let f: fn(f64, f64) -> f64 = if mark == Mark::Star { |a, b| a * b } else { divide };
-            left = Node::two(f, left, right);
+            let right = self.body_factor(draft)?;
+            let f = if mark == Mark::Star { Binary::Multiply } else { Binary::Divide };
+            left = self.op_two(draft, f, left, right)?;
         }
         Ok(left)
     }
 
-    fn body_factor(&mut self, names: &mut Names) -> Res<Node> {
+    fn body_factor(&mut self, draft: &mut Draft) -> Res<Operand> {
         let token = self.peek()?;
-        if let Some(index) = names.iter().rposition(|name| *name == token) {
+        if let Some((_, register)) = draft.names.iter().rfind(|(name, _)| *name == token) {
+            let register = *register;
             self.next()?;
-            return Ok(Node::Variable(index));
+            return Ok(Operand::Register(register));
         }
         match token {
             Token::Number(value) => {
                 self.next()?;
-                Ok(Node::Constant(value))
+                Ok(Operand::Constant(value))
             }
             Token::Mark(Mark::OpenParen) => {
                 self.next()?;
-                let node = self.body_logical(names)?;
+                let operand = self.body_logical(draft)?;
                 self.expect(Mark::CloseParen)?;
-                Ok(node)
+                Ok(operand)
             }
             Token::Mark(mark @ (Mark::Minus | Mark::Plus | Mark::Not)) => {
                 self.next()?;
-                let node = self.deeper(|m| m.body_factor(names))?;
-                Ok(match mark {
-                    Mark::Minus => Node::One(|v| -v, Box::new(node)),
-                    Mark::Not => Node::One(|v| f64::from(v == 0.0), Box::new(node)),
-                    _ => node,
-                })
+                let operand = self.deeper(|m| m.body_factor(draft))?;
+                match mark {
+                    Mark::Minus => self.op_one(draft, Unary::Minus, operand),
+                    Mark::Not => self.op_one(draft, Unary::Not, operand),
+                    _ => Ok(operand),
+                }
             }
-            Token::Name(_) => self.body_name(names),
-            Token::Word(word) => self.body_word(word, names),
+            Token::Name(_) => self.body_name(draft),
+            Token::Word(word) => self.body_word(word, draft),
             _ => self.expected("a number, a parameter or a function"),
         }
     }
 
     /// A float that is captured, a component of a vector, or a call of another function.
-    fn body_name(&mut self, names: &mut Names) -> Res<Node> {
+    fn body_name(&mut self, draft: &mut Draft) -> Res<Operand> {
         let lexeme = self.next()?;
-        match self.name_value(lexeme)? {
-            Value::Function(function) => {
-                let arguments = self.body_arguments(names)?;
-                if function.body.is_some() && arguments.len() != function.params {
-                    let message = format!(
-                        "the function wants {} arguments, found {}",
-                        function.params,
-                        arguments.len()
-                    );
-                    return Err(self.error(message, self.span(lexeme)));
-                }
-                Ok(Node::Call(function, arguments))
-            }
+        let called = match self.name_value(lexeme)? {
+            Value::Function(called) => Called::clone(&called),
+            Value::Spline(spline) => With::new(Callee::Spline(spline)),
             Value::Number(num) => {
                 let num = self.suffix(num)?;
                 if num.n == 1 {
-                    return Ok(Node::Constant(num.v[0]));
+                    return Ok(Operand::Constant(num.v[0]));
                 }
-                Err(self.error("expected a float in a function, found a vector", self.span(lexeme)))
+                return Err(self.error("expected a float in a function, found a vector", self.span(lexeme)));
             }
-            Value::Poison => Err(Stop::Silent),
-            // A spline or a pigment's function: the whole body is beyond us, but only if it is called.
-            Value::Missing(_) => {
-                self.body_arguments(names)?;
-                let missing = Function { params: 0, body: None };
-                Ok(Node::Call(Arc::new(missing), Vec::new()))
-            }
+            Value::Poison => return Err(Stop::Silent),
             other => {
                 let message = format!("expected a float in a function, found {}", other.kind());
-                Err(self.error(message, self.span(lexeme)))
+                return Err(self.error(message, self.span(lexeme)));
             }
+        };
+        let arguments: SmallVec<[Operand; 4]> = self.body_arguments(draft)?.into();
+        self.check_arguments(&called.value, arguments.len(), lexeme)?;
+        let mut component = Component::Index(0);
+        if self.peek()? == Token::Mark(Mark::Dot) {
+            component = self.component()?;
+        } else if called.value.is_vector() {
+            return self.expected("`.x`, `.red` or the like: the function gives a vector");
         }
+        draft.lacks.add(&called.lacks);
+        match &called.value {
+            Callee::Function(function) => {
+                draft.function.depth = draft.function.depth.max(function.depth + 1);
+                draft.function.asks_pigments |= function.asks_pigments;
+            }
+            Callee::Pigment(_) | Callee::Pattern(_) => draft.function.asks_pigments = true,
+            _ => {}
+        }
+        let out = self.register(draft)?;
+        draft.function.ops.push(Op::Call { out, callee: Box::new(called.value), arguments, component });
+        Ok(Operand::Register(out))
     }
 
-    fn body_arguments(&mut self, names: &mut Names) -> Res<Vec<Node>> {
+    fn body_arguments(&mut self, draft: &mut Draft) -> Res<Vec<Operand>> {
         self.expect(Mark::OpenParen)?;
         let mut arguments = Vec::new();
         while self.peek()? != Token::Mark(Mark::CloseParen) {
-            arguments.push(self.body_logical(names)?);
+            arguments.push(self.body_logical(draft)?);
             self.comma()?;
         }
         self.next()?;
-        // `F(x, y, z).red` of a pigment's function.
-        if self.accept(Mark::Dot)? {
-            self.next()?;
-        }
         Ok(arguments)
     }
 
-    fn body_word(&mut self, word: Keyword, names: &mut Names) -> Res<Node> {
+    fn body_word(&mut self, word: Keyword, draft: &mut Draft) -> Res<Operand> {
         use Keyword as K;
-        if let Some(f) = float_function(word) {
+        if let Some(f) = unary(word) {
             self.next()?;
-            let [argument] = self.body_exactly::<1>(names, word)?;
-            return Ok(Node::One(f, Box::new(argument)));
+            let [argument] = self.body_exactly::<1>(draft, word)?;
+            return self.op_one(draft, f, argument);
         }
-        let two: fn(f64, f64) -> f64 = match word {
-            K::Atan2 => f64::atan2,
-            K::Pow | K::Pwr => f64::powf,
-            K::Mod => |a, b| a % b,
-            K::Div => |a, b| (a / b).trunc(),
-            K::Min => f64::min,
-            K::Max => f64::max,
-            K::Sqr => {
-                self.next()?;
-                let [argument] = self.body_exactly::<1>(names, word)?;
-                return Ok(Node::One(|v| v * v, Box::new(argument)));
-            }
+        let f = match word {
+            K::Atan2 => Binary::Atan2,
+            K::Pow | K::Pwr => Binary::Power,
+            K::Mod => Binary::Remainder,
+            K::Div => Binary::Quotient,
+            K::Min => Binary::Min,
+            K::Max => Binary::Max,
             K::Select => {
                 self.next()?;
-                let nodes = self.body_arguments(names)?;
-                if !(3..=4).contains(&nodes.len()) {
-                    return Err(self.error_here("`select` wants 3 or 4 arguments"));
-                }
-                return Ok(Node::Select(nodes));
+                let nodes = self.body_arguments(draft)?;
+                let (v, negative, zero, positive) = match nodes[..] {
+                    [v, negative, other] => (v, negative, other, other),
+                    [v, negative, zero, positive] => (v, negative, zero, positive),
+                    _ => return Err(self.error_here("`select` wants 3 or 4 arguments")),
+                };
+                let out = self.register(draft)?;
+                draft.function.ops.push(Op::Select { out, v, negative, zero, positive });
+                return Ok(Operand::Register(out));
             }
-            K::Sum | K::Prod => return self.body_series(word == K::Prod, names),
+            K::Sum | K::Prod => return self.body_series(word == K::Prod, draft),
             _ => {
                 return match self.builtin(word)? {
-                    Some(num) if num.n == 1 => Ok(Node::Constant(num.v[0])),
-                    _ => self.expected("a number, a parameter or a function"),
+                    Some(num) => match self.suffix(num)? {
+                        num if num.n == 1 => Ok(Operand::Constant(num.v[0])),
+                        _ => self.expected("a number, a parameter or a function"),
+                    },
+                    None => self.expected("a number, a parameter or a function"),
                 };
             }
         };
         self.next()?;
-        let mut nodes = self.body_arguments(names)?.into_iter();
-        let Some(first) = nodes.next() else { return self.expected("an argument") };
-        Ok(nodes.fold(first, |left, right| Node::two(two, left, right)))
+        let mut nodes = self.body_arguments(draft)?.into_iter();
+        let Some(mut left) = nodes.next() else { return self.expected("an argument") };
+        for right in nodes {
+            left = self.op_two(draft, f, left, right)?;
+        }
+        Ok(left)
     }
 
-    fn body_exactly<const N: usize>(&mut self, names: &mut Names, word: Keyword) -> Res<[Node; N]> {
-        let arguments = self.body_arguments(names)?;
+    fn body_exactly<const N: usize>(&mut self, draft: &mut Draft, word: Keyword) -> Res<[Operand; N]> {
+        let arguments = self.body_arguments(draft)?;
         let found = arguments.len();
-        <[Node; N]>::try_from(arguments)
+        <[Operand; N]>::try_from(arguments)
             .map_err(|_| self.error_here(format!("`{}` wants {N} argument, found {found}", word.text())))
     }
 
     /// `sum(i, from, to, body)`.
-    fn body_series(&mut self, product: bool, names: &mut Names) -> Res<Node> {
+    fn body_series(&mut self, product: bool, draft: &mut Draft) -> Res<Operand> {
         self.next()?;
         self.expect(Mark::OpenParen)?;
-        let variable = self.next()?.token;
+        let name = self.next()?.token;
         self.comma()?;
-        let from = self.body_logical(names)?;
+        let from = self.body_logical(draft)?;
         self.comma()?;
-        let to = self.body_logical(names)?;
+        let to = self.body_logical(draft)?;
         self.comma()?;
-        names.push(variable);
-        let body = self.body_logical(names);
-        names.pop();
-        let body = Box::new(body?);
+        let variable = self.register(draft)?;
+        let out = self.register(draft)?;
+        let term = Operand::Constant(0.0);
+        let at = draft.function.ops.len();
+        draft.function.ops.push(Op::Series { out, product, variable, from, to, body: 0, term });
+        draft.names.push((name, variable));
+        let result = self.body_logical(draft);
+        draft.names.pop();
+        let result = result?;
         self.expect(Mark::CloseParen)?;
-        Ok(Node::Series { product, variable: names.len(), bounds: Box::new([from, to]), body })
-    }
-}
-
-impl Function {
-    /// The value at `arguments`, which is used as scratch space; `None` if something in it is not modelled.
-    fn call(&self, arguments: &mut Vec<f64>) -> Option<f64> {
-        self.body.as_ref()?.value(arguments)
-    }
-}
-
-impl Node {
-    fn two(f: fn(f64, f64) -> f64, a: Node, b: Node) -> Node {
-        match (&a, &b) {
-            (Node::Constant(a), Node::Constant(b)) => Node::Constant(f(*a, *b)),
-            _ => Node::Two(f, Box::new([a, b])),
+        let length = (draft.function.ops.len() - at - 1) as u32;
+        if let Op::Series { body, term, .. } = &mut draft.function.ops[at] {
+            (*body, *term) = (length, result);
         }
+        Ok(Operand::Register(out))
     }
 
-    fn value(&self, variables: &mut Vec<f64>) -> Option<f64> {
-        Some(match self {
-            Node::Constant(value) => *value,
-            Node::Variable(index) => *variables.get(*index)?,
-            Node::One(f, a) => f(a.value(variables)?),
-            Node::Two(f, both) => f(both[0].value(variables)?, both[1].value(variables)?),
-            Node::Select(parts) => {
-                let v = parts[0].value(variables)?;
-                let part = if v < 0.0 { 1 } else { 2 + usize::from(v > 0.0) };
-                parts[part.min(parts.len() - 1)].value(variables)?
-            }
-            Node::Series { product, variable, bounds, body } => {
-                let (from, to) = (bounds[0].value(variables)?, bounds[1].value(variables)?);
-                let mut value = f64::from(u8::from(*product));
-                let mut at = from;
-                while at <= to && at - from < SERIES_TURNS {
-                    variables.truncate(*variable);
-                    variables.push(at);
-                    let term = body.value(variables)?;
-                    value = if *product { value * term } else { value + term };
-                    at += 1.0;
-                }
-                variables.truncate(*variable);
-                value
-            }
-            Node::Call(function, arguments) => {
-                let mut inner = Vec::with_capacity(arguments.len() + 1);
-                for argument in arguments {
-                    inner.push(argument.value(variables)?);
-                }
-                function.call(&mut inner)?
-            }
-        })
+    // ----------------------------------------------------------------------------------------------------------
+    // Operations
+
+    fn register(&mut self, draft: &mut Draft) -> Res<u16> {
+        if draft.function.registers >= LONGEST {
+            return Err(self.error_here(format!("a function of more than {LONGEST} operations")));
+        }
+        draft.function.registers += 1;
+        Ok(draft.function.registers as u16 - 1)
     }
+
+    fn op_one(&mut self, draft: &mut Draft, f: Unary, a: Operand) -> Res<Operand> {
+        if let Operand::Constant(a) = a {
+            return Ok(Operand::Constant(f.apply(a)));
+        }
+        let out = self.register(draft)?;
+        draft.function.ops.push(Op::One { out, f, a });
+        Ok(Operand::Register(out))
+    }
+
+    fn op_two(&mut self, draft: &mut Draft, f: Binary, a: Operand, b: Operand) -> Res<Operand> {
+        if let (Operand::Constant(a), Operand::Constant(b)) = (a, b) {
+            return Ok(Operand::Constant(f.apply(a, b)));
+        }
+        let out = self.register(draft)?;
+        draft.function.ops.push(Op::Two { out, f, a, b });
+        Ok(Operand::Register(out))
+    }
+}
+
+fn unary(word: Keyword) -> Option<Unary> {
+    use Keyword as K;
+    Some(match word {
+        K::Sqr => Unary::Square,
+        K::Abs => Unary::Abs,
+        K::Acos => Unary::Acos,
+        K::Acosh => Unary::Acosh,
+        K::Asin => Unary::Asin,
+        K::Asinh => Unary::Asinh,
+        K::Atan => Unary::Atan,
+        K::Atanh => Unary::Atanh,
+        K::Ceil => Unary::Ceil,
+        K::Cos => Unary::Cos,
+        K::Cosh => Unary::Cosh,
+        K::Degrees => Unary::Degrees,
+        K::Radians => Unary::Radians,
+        K::Exp => Unary::Exp,
+        K::Floor => Unary::Floor,
+        K::Int => Unary::Int,
+        K::Ln => Unary::Ln,
+        K::Log => Unary::Log,
+        K::Sin => Unary::Sin,
+        K::Sinh => Unary::Sinh,
+        K::Sqrt => Unary::Sqrt,
+        K::Tan => Unary::Tan,
+        K::Tanh => Unary::Tanh,
+        _ => return None,
+    })
 }

@@ -86,6 +86,8 @@ pub(super) struct Machine<'a> {
     pub ready: bool,
     /// The last token taken.
     pub last: Lexeme,
+    /// How many scopes were open where the declaration under way began.
+    pub declare_depth: usize,
     /// Braces open around the next token.
     pub braces: usize,
     nesting: usize,
@@ -130,6 +132,7 @@ impl<'a> Machine<'a> {
             at: 0,
             ready: false,
             last: start,
+            declare_depth: 0,
             braces: 0,
             nesting: 0,
             expand: true,
@@ -162,6 +165,15 @@ impl<'a> Machine<'a> {
         let result = read(self);
         self.nesting -= 1;
         result
+    }
+
+    /// Counts steps that the script has had done for it.
+    pub fn count_steps(&mut self, steps: u64) -> Res<()> {
+        self.steps += steps;
+        if self.steps > self.options.limits.steps {
+            return Err(self.halt(format!("stopped after {} evaluation steps", self.options.limits.steps)));
+        }
+        Ok(())
     }
 
     /// Counts `bytes` of memory that the script has asked for.

@@ -282,7 +282,7 @@ impl Machine<'_> {
         } else {
             Some(Object::new(Shape::Mesh(Arc::new(draft.mesh))))
         };
-        ObjectValue { object, lights: Vec::new(), lacks: draft.lacks }
+        ObjectValue { object, stand_in: None, lights: Vec::new(), lacks: draft.lacks }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Objects: modifiers, constructive geometry, placing (manual sections 3.4.5 and 3.4.8).
 
+use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
 use super::texture::layer_over;
 use super::value::{Lacks, ObjectValue, Value, With};
@@ -47,10 +48,19 @@ impl Machine<'_> {
                 _ => match self.shape(word, at)? {
                     Some(value) => value,
                     None => {
-                        // Not modelled: the whole block with its modifiers goes.
+                        // Not modelled: read to the end, and left out.
                         let lacks = self.lack(what, at);
-                        self.skip_block(what, open)?;
-                        return Ok(ObjectValue { object: None, lights: Vec::new(), lacks });
+                        let stand_in = match word {
+                            Keyword::LightGroup | Keyword::Composite => {
+                                let group = self.light_group()?;
+                                let mut value = ObjectValue { lacks, ..group };
+                                while self.modifier(&mut value)? {}
+                                self.close(what, open)?;
+                                return Ok(value);
+                            }
+                            _ => Some(Arc::new(stand_in(self.other_shape(word)?))),
+                        };
+                        ObjectValue { object: None, stand_in, lights: Vec::new(), lacks }
                     }
                 },
             },
@@ -79,8 +89,12 @@ impl Machine<'_> {
         let mut lights = Vec::new();
         let mut lacks = Lacks::default();
         let mut cutters_missing = false;
+        let mut stand_ins = Vec::new();
+        let mut any_stand_in = false;
         while let Some(child) = self.object()? {
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
+            any_stand_in |= child.stand_in.is_some();
+            stand_ins.extend(child.stand_in.or_else(|| child.object.clone().map(Arc::new)));
             children.extend(child.object.map(Arc::new));
             lights.extend(child.lights);
             lacks.add(&child.lacks);
@@ -98,7 +112,11 @@ impl Machine<'_> {
         }
         let object =
             (!children.is_empty()).then(|| Object::new(Shape::Csg { op, children, cutaway_textures: false }));
-        Ok(ObjectValue { object, lights, lacks })
+        let stand_in = any_stand_in.then(|| {
+            let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
+            Arc::new(Object::new(shape))
+        });
+        Ok(ObjectValue { object, stand_in, lights, lacks })
     }
 
     /// One modifier of an object. False if the next token is none.
@@ -211,12 +229,15 @@ impl Machine<'_> {
                 }
             }
             K::Open => {
-                let Shape::Cone { open, .. } = &mut object.shape else { return Ok(false) };
-                *open = true;
+                match &mut object.shape {
+                    Shape::Cone { open, .. } => *open = true,
+                    _ if value.stand_in.is_some() => {}
+                    _ => return Ok(false),
+                }
                 self.next()?;
             }
             // Hints that change no picture of ours.
-            K::Sturm | K::Hierarchy | K::NoRadiosity | K::SplitUnion | K::NoBumpScale => {
+            K::Sturm | K::Hierarchy | K::NoRadiosity | K::SplitUnion | K::NoBumpScale | K::GlobalLights => {
                 self.next()?;
                 self.switch_value()?;
             }
@@ -355,6 +376,8 @@ impl ObjectValue {
     /// Moves the object and its lights.
     pub fn transform(&mut self, transform: &Transform) {
         self.object = self.object.take().map(|object| object.transformed(transform));
+        self.stand_in =
+            self.stand_in.take().map(|object| Arc::new(Object::clone(&object).transformed(transform)));
         for light in &mut self.lights {
             light.location = transform.point(light.location);
             light.point_at = transform.point(light.point_at);
@@ -382,7 +405,7 @@ fn renew_interiors(object: &mut Object) {
 
 impl From<Object> for ObjectValue {
     fn from(object: Object) -> Self {
-        Self { object: Some(object), lights: Vec::new(), lacks: Lacks::default() }
+        Self { object: Some(object), stand_in: None, lights: Vec::new(), lacks: Lacks::default() }
     }
 }
 

@@ -3,6 +3,8 @@
 use super::machine::{Lexeme, Machine, Res, Stop};
 use super::value::{Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::function::Callee;
+use crate::scene::noise::Octaves;
 use crate::scene::{BlockPattern, Color, ColorMap, Pattern, Pigment, PigmentKind, Transform, Wave};
 use glam::DVec3;
 use std::sync::Arc;
@@ -14,6 +16,10 @@ struct Draft {
     wave: Wave,
     frequency: f64,
     phase: f64,
+    turbulence: DVec3,
+    octaves: Octaves,
+    /// The pattern whose own default map is wanted because none is given, and where it stands.
+    unmapped: Option<Lexeme>,
     /// Something was said that makes it a pattern anew.
     changed: bool,
 }
@@ -41,11 +47,32 @@ impl Machine<'_> {
             let mut draft = Draft::of(&base.value.kind);
             while m.pigment_item(base, &mut draft)? {}
             m.close("pigment", open)?;
+            if draft.map.is_none()
+                && let Some(at) = draft.unmapped
+            {
+                base.lacks.add(&m.lack("pattern without a color_map of its own", at));
+            }
             if draft.changed {
                 base.value.kind = draft.finish();
             }
             Ok(())
         })
+    }
+
+    /// The block behind `pattern` in a function: a pigment that goes from black to white with the pattern's number.
+    pub fn pattern_block(&mut self) -> Res<With<Pigment>> {
+        let open = self.open("pattern")?;
+        let mut base = With::new(Pigment::default());
+        let mut draft = Draft::of(&PigmentKind::Solid(Color::default()));
+        while self.pigment_item(&mut base, &mut draft)? {}
+        self.close("pattern", open)?;
+        draft.map = None;
+        if let Kind::Blocks(_, colors) = &mut draft.kind {
+            let grey = |i: usize| Color::opaque(i as f64, i as f64, i as f64);
+            colors.iter_mut().enumerate().for_each(|(i, color)| *color = grey(i));
+        }
+        base.value.kind = draft.finish();
+        Ok(base)
     }
 
     /// If the next token is a name for which `pick` finds something, takes it.
@@ -164,13 +191,44 @@ impl Machine<'_> {
                 }
                 draft.set(Kind::Unknown);
             }
-            K::ImageMap | K::Function | K::UvMapping | K::PigmentPattern | K::ImagePattern => {
+            K::Function => {
+                self.next()?;
+                let Value::Function(called) = self.function()? else { return Ok(true) };
+                base.lacks.add(&called.lacks);
+                match &called.value {
+                    Callee::Function(function) if function.params == 3 && !function.asks_pigments => {
+                        draft.wave = Wave::Ramp;
+                        draft.set(Kind::Mapped(Pattern::Function(function.clone())));
+                    }
+                    _ => {
+                        base.lacks.add(&self.lack("pigment { function } of patterns or pigments", at));
+                        draft.set(Kind::Unknown);
+                    }
+                }
+            }
+            K::ImageMap | K::UvMapping | K::PigmentPattern | K::ImagePattern => {
                 self.next()?;
                 base.lacks.add(&self.lack(format!("pigment {{ {} }}", word.text()), at));
                 if self.peek()? == Token::Mark(Mark::OpenBrace) {
                     self.block_left_out(word.text())?;
                 }
                 draft.set(Kind::Unknown);
+            }
+            _ if simple_pattern(word).is_some() => {
+                self.next()?;
+                let mut pattern = simple_pattern(word).unwrap_or(Pattern::Onion);
+                if let Pattern::Spiral1(arms) = &mut pattern {
+                    self.comma()?;
+                    *arms = self.finite()?;
+                }
+                draft.wave = match pattern {
+                    Pattern::Marble(..) | Pattern::Wood(..) | Pattern::Spiral1(_) => Wave::Triangle,
+                    _ => Wave::Ramp,
+                };
+                // These come with maps of their own.
+                let own_map = matches!(word, K::Agate | K::Bozo | K::Marble | K::Radial | K::Wood);
+                draft.unmapped = own_map.then_some(at);
+                draft.set(Kind::Mapped(pattern));
             }
             _ if is_pattern(word) => {
                 self.next()?;
@@ -181,6 +239,12 @@ impl Machine<'_> {
             _ => return self.pattern_modifier(word, &mut base.lacks, draft),
         }
         Ok(true)
+    }
+
+    /// A modifier of a pattern that is not modelled.
+    pub fn modifier_of_unmodelled(&mut self, word: Keyword, lacks: &mut super::value::Lacks) -> Res<bool> {
+        let mut draft = Draft::of(&PigmentKind::Solid(Color::default()));
+        self.pattern_modifier(word, lacks, &mut draft)
     }
 
     /// A modifier that any pattern may have.
@@ -218,8 +282,34 @@ impl Machine<'_> {
             K::Turbulence => {
                 self.next()?;
                 // A float stands for all three components.
-                if self.vector()? != DVec3::ZERO && !matches!(draft.kind, Kind::Solid(_)) {
-                    lacks.add(&self.lack("turbulence", at));
+                draft.turbulence = self.vector()?;
+                if draft.turbulence != DVec3::ZERO && matches!(draft.kind, Kind::Blocks(..)) {
+                    lacks.add(&self.lack("turbulence of a block pattern", at));
+                }
+                draft.changed = true;
+            }
+            K::Octaves | K::Omega | K::Lambda => {
+                self.next()?;
+                let value = self.finite()?;
+                match word {
+                    // POV-Ray's bounds.
+                    K::Octaves => draft.octaves.count = value.clamp(1.0, 10.0) as u32,
+                    K::Omega => draft.octaves.omega = value,
+                    _ => draft.octaves.lambda = value,
+                }
+                draft.changed = true;
+            }
+            K::AgateTurb => {
+                self.next()?;
+                let value = self.finite()?;
+                if let Kind::Mapped(Pattern::Agate(strength, _)) = &mut draft.kind {
+                    *strength = value;
+                }
+            }
+            K::NoiseGenerator => {
+                self.next()?;
+                if self.finite()? != 2.0 {
+                    lacks.add(&self.lack("noise_generator", at));
                 }
             }
             K::Warp => {
@@ -228,12 +318,7 @@ impl Machine<'_> {
                 self.block_left_out("warp")?;
             }
             // Details of turbulence and of patterns that are not modelled: they matter only to those.
-            K::Octaves
-            | K::Omega
-            | K::Lambda
-            | K::AgateTurb
-            | K::NoiseGenerator
-            | K::Metric
+            K::Metric
             | K::Offset
             | K::Exponent
             | K::Control0
@@ -397,7 +482,7 @@ impl Machine<'_> {
                 Some(Value::Array(_)) => {
                     matches!(self.array_sample(symbol), Some(Value::Number(num)) if num.n == 1)
                 }
-                Some(Value::Function(_)) => true,
+                Some(Value::Function(_) | Value::Spline(_)) => true,
                 _ => false,
             },
             _ => false,
@@ -434,13 +519,18 @@ impl Draft {
             wave: Wave::Ramp,
             frequency: 1.0,
             phase: 0.0,
+            turbulence: DVec3::ZERO,
+            octaves: Octaves::default(),
+            unmapped: None,
             changed: false,
         };
         match kind {
             PigmentKind::Solid(color) => draft.kind = Kind::Solid(*color),
             PigmentKind::Blocks { pattern, colors } => draft.kind = Kind::Blocks(*pattern, colors.clone()),
             PigmentKind::Mapped { pattern, wave, frequency, phase, map } => {
-                draft.kind = Kind::Mapped(*pattern);
+                let (pattern, turbulence, octaves) = pattern.in_order();
+                draft.kind = Kind::Mapped(pattern);
+                (draft.turbulence, draft.octaves) = (turbulence, octaves);
                 (draft.wave, draft.frequency, draft.phase) = (*wave, *frequency, *phase);
                 draft.map = Some(map.clone());
             }
@@ -458,7 +548,7 @@ impl Draft {
             Kind::Solid(color) => PigmentKind::Solid(color),
             Kind::Blocks(pattern, colors) => PigmentKind::Blocks { pattern, colors },
             Kind::Mapped(pattern) => PigmentKind::Mapped {
-                pattern,
+                pattern: pattern.turbulent(self.turbulence, self.octaves),
                 wave: self.wave,
                 frequency: self.frequency,
                 phase: self.phase,
@@ -482,7 +572,31 @@ fn mean(map: Option<&ColorMap>) -> Color {
     sum
 }
 
-/// Patterns of POV-Ray that octray does not model yet.
+/// Patterns that are one word, or one and a number.
+fn simple_pattern(word: Keyword) -> Option<Pattern> {
+    use Keyword as K;
+    let octaves = Octaves::default();
+    Some(match word {
+        K::Agate => Pattern::Agate(1.0, octaves),
+        K::Boxed => Pattern::Boxed,
+        K::Bozo | K::Bumps | K::Spotted => Pattern::Bozo,
+        K::Cylindrical => Pattern::Cylindrical,
+        K::Dents => Pattern::Dents,
+        K::Granite => Pattern::Granite,
+        K::Leopard => Pattern::Leopard,
+        K::Marble => Pattern::Marble(0.0, octaves),
+        K::Onion => Pattern::Onion,
+        K::Planar => Pattern::Planar,
+        K::Radial => Pattern::Radial,
+        K::Spherical => Pattern::Spherical,
+        K::Spiral1 => Pattern::Spiral1(0.0),
+        K::Wood => Pattern::Wood(DVec3::ZERO, octaves),
+        K::Wrinkles => Pattern::Wrinkles,
+        _ => return None,
+    })
+}
+
+/// Patterns of POV-Ray that are read; those of [`simple_pattern`] are modelled in pigments.
 pub(super) fn is_pattern(word: Keyword) -> bool {
     use Keyword as K;
     matches!(

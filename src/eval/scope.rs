@@ -143,6 +143,32 @@ impl Scopes {
         }
     }
 
+    /// [`Scopes::local`] for the scope that was innermost when `depth` scopes were open: a macro that is still running
+    /// may give a local of its caller its value.
+    pub fn local_at(&mut self, depth: usize, symbol: Symbol, value: Value) {
+        if depth >= self.locals.len() {
+            return self.local(symbol, value);
+        }
+        let index = symbol.0 as usize;
+        if self.bindings.len() <= index {
+            self.bindings.resize_with(index + 1, SmallVec::new);
+        }
+        let stack = &mut self.bindings[index];
+        let above = stack.iter().rposition(|binding| binding.scope as usize <= depth).map_or(0, |i| i + 1);
+        if above > 0 && stack[above - 1].scope as usize == depth {
+            let place = match &stack[above - 1].slot {
+                Slot::Value(_) => Place { symbol, binding: above - 1, path: SmallVec::new() },
+                Slot::Reference(place) => place.clone(),
+            };
+            self.set_at(&place, value);
+            return;
+        }
+        stack.insert(above, Binding { scope: depth as u32, slot: Slot::Value(value) });
+        if depth > 0 {
+            self.locals[depth - 1].push(symbol);
+        }
+    }
+
     /// Binds a parameter in the innermost scope.
     pub fn bind_local(&mut self, symbol: Symbol, slot: Slot) {
         self.bind(symbol, self.locals.len() as u32, slot);

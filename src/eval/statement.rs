@@ -231,6 +231,10 @@ impl Machine<'_> {
                 self.next()?;
                 self.function()?
             }
+            K::Spline => {
+                self.next()?;
+                Value::Spline(Arc::new(self.spline()?))
+            }
             K::Transform => {
                 self.next()?;
                 Value::Transform(self.transform_block()?.into())
@@ -290,8 +294,7 @@ impl Machine<'_> {
             | K::TextureMap
             | K::NormalMap
             | K::SlopeMap
-            | K::DensityMap
-            | K::Spline => {
+            | K::DensityMap => {
                 self.next()?;
                 self.lack_with_block(word, at)?;
                 Value::Missing(word.text())

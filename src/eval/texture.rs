@@ -65,22 +65,15 @@ impl Machine<'_> {
                     texture.lacks.add(&self.lack(word.text(), at));
                 }
             }
-            K::Turbulence => {
-                self.next()?;
-                self.vector()?;
-            }
-            K::Octaves | K::Omega | K::Lambda | K::Frequency | K::Phase | K::Mortar | K::NoiseGenerator => {
-                self.next()?;
-                self.float()?;
-            }
             K::BrickSize => {
                 self.next()?;
                 self.vector()?;
             }
-            K::RampWave | K::TriangleWave | K::SineWave | K::ScallopWave | K::CubicWave => {
+            K::Mortar => {
                 self.next()?;
+                self.float()?;
             }
-            _ => return Ok(false),
+            _ => return self.modifier_of_unmodelled(word, &mut texture.lacks),
         }
         Ok(true)
     }

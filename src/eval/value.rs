@@ -13,7 +13,8 @@ pub(super) enum Value {
     String(Arc<str>),
     Array(Arc<Array>),
     Macro(Arc<Macro>),
-    Function(Arc<super::function::Function>),
+    Function(Arc<super::function::Called>),
+    Spline(Arc<crate::scene::Spline>),
     Random(Arc<std::sync::atomic::AtomicU32>),
     Transform(Placement),
     Pigment(Arc<With<Pigment>>),
@@ -77,6 +78,8 @@ pub(super) struct Material {
 pub(super) struct ObjectValue {
     /// `None` for a bare light, and for a shape that is not modelled.
     pub object: Option<Object>,
+    /// What a script may ask instead of `object`, if that or a part of it is not modelled.
+    pub stand_in: Option<Arc<Object>>,
     pub lights: Vec<Light>,
     pub lacks: Lacks,
 }
@@ -165,6 +168,7 @@ impl Value {
             Value::Array(_) => "array",
             Value::Macro(_) => "macro",
             Value::Function(_) => "function",
+            Value::Spline(_) => "spline",
             Value::Random(_) => "random number stream",
             Value::Transform(_) => "transform",
             Value::Pigment(_) => "pigment",

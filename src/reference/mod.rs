@@ -28,10 +28,11 @@ mod world;
 mod tests;
 
 use crate::film::{Film, Pixel, RayCounts};
-use crate::scene::Scene;
+use crate::scene::{Color, Object, Pigment, Scene};
 use glam::DVec3;
 use ray::{Ray, RayKind};
 use rayon::prelude::*;
+use std::sync::Arc;
 use trace::Tracer;
 use world::World;
 
@@ -82,6 +83,29 @@ pub fn render(
 /// Resolves the scene anew on every call; for many rays use [`nearest_hits`].
 pub fn nearest_hit(scene: &Scene, origin: DVec3, dir: DVec3) -> Option<Hit> {
     nearest_hits(scene, &[(origin, dir)]).pop().flatten()
+}
+
+/// What a line from `origin` along the unit `dir` meets first of one object; the normal points out of the object.
+pub fn meet(object: &Arc<Object>, origin: DVec3, dir: DVec3) -> Option<Hit> {
+    let scene = Scene { objects: vec![object.clone()], ..Scene::default() };
+    let world = World::new(&scene);
+    let hit = world.nearest(&Ray::new(origin, dir, RayKind::Camera), f64::INFINITY)?;
+    let normal = if hit.backside { -hit.normal } else { hit.normal };
+    Some(Hit { t: hit.t, point: hit.face.point, normal, object: 0 })
+}
+
+/// True if `point` is inside `object`.
+pub fn contains(object: &Arc<Object>, point: DVec3) -> bool {
+    /// Counting goes along any line; this unit vector is along no face of what people build.
+    const ASKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);
+    let scene = Scene { objects: vec![object.clone()], ..Scene::default() };
+    let world = World::new(&scene);
+    world.nodes[0].trail(&Ray::new(point, ASKEW, RayKind::Camera)).is_inside_at_start()
+}
+
+/// The colour of a pigment at a point of the space it stands in.
+pub fn pigment_color(pigment: &Pigment, point: DVec3) -> Color {
+    pattern::color(pigment, point)
 }
 
 /// [`nearest_hit`] for many rays `(origin, dir)`, in their order.

@@ -81,6 +81,8 @@ fn value(pattern: &Pattern, p: DVec3) -> f64 {
             let along = p.dot(*direction);
             if along > 1.0 { along % 1.0 } else { along }
         }
+        // The formulas are the description's own; POV-Ray's pictures are what they are held against.
+        other => other.value(p),
     }
 }
 

@@ -7,20 +7,28 @@
 mod camera;
 mod color;
 mod finish;
+pub mod function;
+pub mod internal;
 mod light;
 mod mesh;
+pub mod noise;
 mod object;
+mod pattern;
 mod pigment;
+mod spline;
 mod texture;
 mod transform;
 
 pub use camera::{Camera, Projection};
 pub use color::{Color, Rgb};
 pub use finish::{Finish, Reflection};
+pub use function::Function;
 pub use light::{Fade, Light, LightKind};
 pub use mesh::{Mesh, MeshTriangle};
 pub use object::{CsgOp, Flags, Object, Shape};
-pub use pigment::{BlockPattern, ColorMap, Pattern, Pigment, PigmentKind, Wave};
+pub use pattern::Pattern;
+pub use pigment::{BlockPattern, ColorMap, Pigment, PigmentKind, Wave};
+pub use spline::{Spline, SplineKind};
 pub use texture::{Interior, Layer, Texture};
 pub use transform::{Placement, Transform};
 

@@ -1,6 +1,6 @@
 //! Colour over space: solid, in blocks, or along a map.
 
-use super::{Color, Placement};
+use super::{Color, Pattern, Placement};
 use glam::DVec3;
 
 /// A `pigment` (manual section 3.4.6.1).
@@ -63,13 +63,6 @@ impl BlockPattern {
             Self::Hexagon => 3,
         }
     }
-}
-
-/// Patterns that give a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Pattern {
-    /// Distance along a unit direction, wrapped to 0..1.
-    Gradient(DVec3),
 }
 
 /// The shape of the repeating number (manual section 3.4.7.10).

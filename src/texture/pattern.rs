@@ -1,7 +1,7 @@
 //! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
 
 use super::Colors;
-use crate::lane::{Lane, Mask, Vec3};
+use crate::lane::{Lane, Mask, Scalar, Vec3};
 use crate::scene::{BlockPattern, Color, ColorMap, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
 
@@ -37,7 +37,7 @@ impl PatternProgram {
                 PatternKind::Blocks { pattern: *pattern, colors: colors.clone() }
             }
             PigmentKind::Mapped { pattern, wave, frequency, phase, map } => PatternKind::Mapped {
-                pattern: *pattern,
+                pattern: pattern.clone(),
                 wave: *wave,
                 frequency: *frequency,
                 phase: *phase,
@@ -73,6 +73,8 @@ impl PatternProgram {
             PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
+                    // Lane by lane: noise looks up tables at every corner of a cell.
+                    other => L::from_fn(|k| L::Scalar::from_f64(other.value(p.lane(k)))),
                 };
                 look_up(map, shape(value, *wave, *frequency, *phase))
             }

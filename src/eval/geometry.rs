@@ -1,0 +1,221 @@
+//! What a script asks of shapes: `trace`, `inside`, `min_extent`, `max_extent` (manual sections 3.1.4.9, 3.1.5.3).
+//!
+//! The oracle answers for rays and points; extents are bounding boxes, formed as POV-Ray forms them: each shape's own box is
+//! carried through its whole transform, corner by corner.
+
+use super::machine::{Machine, Res};
+use super::value::{Num, ObjectValue, Value};
+use crate::lang::{Keyword, Mark, Token};
+use crate::reference;
+use crate::scene::{CsgOp, Object, Shape, Transform};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// How far POV-Ray says that something without end reaches.
+const ENDLESS: f64 = 1e10;
+/// Half the thickness of the box about a flat polygon, as POV-Ray has it.
+const POLYGON_HALF_THICKNESS: f64 = 1e-3;
+
+/// Lowest and highest corner.
+pub(super) type Extent = (DVec3, DVec3);
+
+/// Extent of what has no end.
+pub(super) const EVERYWHERE: Extent = (DVec3::splat(-ENDLESS), DVec3::splat(ENDLESS));
+
+impl Machine<'_> {
+    /// The call of one of these; its word and `(` have been taken, `)` will be by the caller.
+    pub fn geometry_call(&mut self, word: Keyword) -> Res<Num> {
+        let object = self.object_argument()?;
+        match word {
+            Keyword::MinExtent => return Ok(Num::vector(extent(&object).0)),
+            Keyword::MaxExtent => return Ok(Num::vector(extent(&object).1)),
+            _ => self.comma()?,
+        }
+        let point = self.vector()?;
+        if word == Keyword::Inside {
+            return Ok(Num::float(f64::from(reference::contains(&object, point))));
+        }
+        self.comma()?;
+        let direction = self.vector()?;
+        let mut normal_place = None;
+        if self.accept(Mark::Comma)? {
+            let (symbol, at) = self.raw_name("trace")?;
+            normal_place = Some(match self.peek_raw() {
+                Token::Mark(Mark::OpenBracket) => self.element(symbol, at)?,
+                _ => match self.scopes.place(symbol) {
+                    Some(place) => place,
+                    None => return self.unknown(symbol, at),
+                },
+            });
+        }
+        let hit = match direction.try_normalize() {
+            Some(direction) => reference::meet(&object, point, direction),
+            None => None,
+        };
+        let (point, normal) = hit.map_or((DVec3::ZERO, DVec3::ZERO), |hit| (hit.point, hit.normal));
+        if let Some(place) = normal_place {
+            self.scopes.set_at(&place, Value::Number(Num::vector(normal)));
+        }
+        Ok(Num::vector(point))
+    }
+
+    /// An object by name or as it stands. Where a shape is not modelled its bounding box answers, and the scene is
+    /// refused.
+    fn object_argument(&mut self) -> Res<Arc<Object>> {
+        let named = self.take_named(|value| match value {
+            Value::Object(object) => Some(object.clone()),
+            _ => None,
+        })?;
+        let value: Arc<ObjectValue> = match named {
+            Some(value) => value,
+            None => match self.object()? {
+                Some(value) => Arc::new(value),
+                None => return self.expected("an object"),
+            },
+        };
+        if let Some(stand_in) = &value.stand_in {
+            let lacks = value.lacks.clone();
+            self.miss(&lacks);
+            return Ok(stand_in.clone());
+        }
+        match &value.object {
+            Some(object) => Ok(Arc::new(object.clone())),
+            None => Ok(Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO)))),
+        }
+    }
+}
+
+/// A box in place of a shape that is not modelled.
+pub(super) fn stand_in((min, max): Extent) -> Object {
+    Object::new(Shape::Box { min, max })
+}
+
+/// The bounding box of an object in the space it stands in.
+pub(super) fn extent(object: &Object) -> Extent {
+    placed(object, &Transform::IDENTITY)
+}
+
+fn placed(object: &Object, to_world: &Transform) -> Extent {
+    let place = object.transform.then(to_world);
+    let mut extent = match &object.shape {
+        Shape::Csg { op, children, .. } => composite(*op, children, &place),
+        shape => leaf(shape, &place),
+    };
+    for helper in object.clipped_by.iter().chain(&object.bounded_by) {
+        extent = both(extent, placed(helper, to_world));
+    }
+    extent
+}
+
+fn composite(op: CsgOp, children: &[Arc<Object>], place: &Transform) -> Extent {
+    let mut all = children.iter().map(|child| {
+        // What is inside out reaches everywhere.
+        let bounded = op == CsgOp::Union || !child.flags.inverse;
+        if bounded { placed(child, place) } else { EVERYWHERE }
+    });
+    match op {
+        CsgOp::Union | CsgOp::Merge => {
+            let hull = |a: Extent, b: Extent| (a.0.min(b.0), a.1.max(b.1));
+            all.reduce(hull).unwrap_or_default()
+        }
+        CsgOp::Intersection => all.fold(EVERYWHERE, both),
+        CsgOp::Difference => all.next().unwrap_or_default(),
+    }
+}
+
+fn both(a: Extent, b: Extent) -> Extent {
+    (a.0.max(b.0), a.1.min(b.1))
+}
+
+fn leaf(shape: &Shape, place: &Transform) -> Extent {
+    match shape {
+        Shape::Sphere { center, radius } => {
+            let m = place.forward.matrix3;
+            let (x, y, z) = (m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+            let round = (x - y).abs().max((x - z).abs()) <= ROUND_WITHIN * x;
+            if round {
+                let (center, radius) = (place.point(*center), radius * x);
+                return (center - radius, center + radius);
+            }
+            carried(*center - *radius, *center + *radius, place)
+        }
+        Shape::Plane { normal, distance } => {
+            // Only a plane across an axis bounds anything.
+            let (mut min, mut max) = EVERYWHERE;
+            let n = place.normal(*normal);
+            let p = place.point(*normal * *distance);
+            for axis in 0..3 {
+                let others = n.length_squared() - n[axis] * n[axis];
+                if others <= f64::EPSILON * n.length_squared() {
+                    let side = if n[axis] > 0.0 { &mut max } else { &mut min };
+                    side[axis] = p[axis];
+                }
+            }
+            (min, max)
+        }
+        Shape::Box { min, max } => carried(*min, *max, place),
+        Shape::Cone { base, base_radius, cap, cap_radius, .. } => {
+            let radius = base_radius.max(*cap_radius);
+            let height = (*cap - *base).length();
+            let corner = DVec3::new(radius, radius, 0.0);
+            carried(-corner, corner + height * DVec3::Z, &upright(*base, *cap - *base).then(place))
+        }
+        Shape::Disc { center, normal, radius, .. } => {
+            let corner = DVec3::new(*radius, *radius, 0.0);
+            carried(-corner, corner, &upright(*center, *normal).then(place))
+        }
+        Shape::Torus { major, minor } => {
+            let corner = DVec3::new(major + minor, *minor, major + minor);
+            carried(-corner, corner, place)
+        }
+        Shape::Triangle { vertices, .. } => around(vertices.iter().copied(), place),
+        Shape::Polygon { outlines } => {
+            let (min, max) = around(outlines.iter().flatten().copied(), place);
+            let thin = (max - min).cmplt(DVec3::splat(2.0 * POLYGON_HALF_THICKNESS));
+            let thickness = DVec3::select(thin, DVec3::splat(POLYGON_HALF_THICKNESS), DVec3::ZERO);
+            (min - thickness, max + thickness)
+        }
+        Shape::Mesh(mesh) => {
+            // The mesh's own box, then its corners.
+            let (min, max) = around(mesh.vertices.iter().copied(), &Transform::IDENTITY);
+            carried(min, max, place)
+        }
+        Shape::Csg { .. } => EVERYWHERE,
+    }
+}
+
+/// A sphere whose axes differ by less than this share, by rounding, is still one.
+const ROUND_WITHIN: f64 = 1e-12;
+
+/// Turns the z axis to `up` by the shortest way, then moves the origin to `origin`.
+fn upright(origin: DVec3, up: DVec3) -> Transform {
+    let up = up.try_normalize().unwrap_or(DVec3::Z);
+    let turn = match DVec3::Z.cross(up).try_normalize() {
+        Some(axis) => DMat3::from_axis_angle(axis, up.z.clamp(-1.0, 1.0).acos()),
+        None if up.z < 0.0 => DMat3::from_rotation_x(std::f64::consts::PI),
+        None => DMat3::IDENTITY,
+    };
+    let turn = glam::DAffine3::from_mat3_translation(turn, origin);
+    Transform::from_affine(turn).unwrap_or_default()
+}
+
+/// The box about the corners of a moved box. What has no end has none after a move.
+fn carried(min: DVec3, max: DVec3, place: &Transform) -> Extent {
+    if (max - min).max_element() >= ENDLESS {
+        return EVERYWHERE;
+    }
+    let corner = |i: usize| {
+        DVec3::new(
+            if i & 1 == 0 { min.x } else { max.x },
+            if i & 2 == 0 { min.y } else { max.y },
+            if i & 4 == 0 { min.z } else { max.z },
+        )
+    };
+    around((0..8).map(corner), place)
+}
+
+fn around(points: impl Iterator<Item = DVec3>, place: &Transform) -> Extent {
+    let mut points = points.map(|point| place.point(point));
+    let Some(first) = points.next() else { return Extent::default() };
+    points.fold((first, first), |(min, max), point| (min.min(point), max.max(point)))
+}

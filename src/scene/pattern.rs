@@ -1,0 +1,158 @@
+//! Patterns: a number at every point of space (manual section 3.4.7.1; formulas as measured on POV-Ray 3.7).
+
+use super::function::{Function, Surroundings};
+use super::noise::{self, Octaves};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Steps of a function at one point; one that takes more counts as 0, so that none hangs.
+const FUNCTION_STEPS: u64 = 10_000_000;
+
+/// Patterns that give a number.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pattern {
+    /// Distance along a unit direction, wrapped to 0..1.
+    Gradient(DVec3),
+    /// Layers of stone, by turbulence of this strength.
+    Agate(f64, Octaves),
+    /// 1 at the origin, falling to 0 on the unit cube's faces.
+    Boxed,
+    /// Noise.
+    Bozo,
+    /// 1 on the y axis, falling to 0 at distance 1.
+    Cylindrical,
+    /// The third power of noise.
+    Dents,
+    /// A function of x, y and z that asks no pigment (`Function::asks_pigments`).
+    Function(Arc<Function>),
+    /// Noise of ever finer grain.
+    Granite,
+    /// Spots on a wave in each direction.
+    Leopard,
+    /// Waves along x, put out of order by turbulence of this strength.
+    Marble(f64, Octaves),
+    /// Spheres about the origin.
+    Onion,
+    /// 1 on the plane y = 0, falling to 0 at distance 1.
+    Planar,
+    /// The angle about the y axis.
+    Radial,
+    /// 1 at the origin, falling to 0 at distance 1.
+    Spherical,
+    /// This many arms winding about the z axis.
+    Spiral1(f64),
+    /// Rings about the z axis, put out of order by turbulence.
+    Wood(DVec3, Octaves),
+    /// Folds of noise.
+    Wrinkles,
+    /// Another pattern at a point moved by turbulence, `amount` along each axis.
+    Turbulent {
+        /// The other pattern.
+        pattern: Arc<Pattern>,
+        /// How far.
+        amount: DVec3,
+        /// Of what noise.
+        octaves: Octaves,
+    },
+}
+
+impl Pattern {
+    /// The number at a point, before frequency, phase and wave. NaN or infinite only where the point is.
+    pub fn value(&self, p: DVec3) -> f64 {
+        let DVec3 { x, y, z } = p;
+        match self {
+            Self::Gradient(direction) => {
+                let along = p.dot(*direction);
+                if along > 1.0 { along % 1.0 } else { along }
+            }
+            Self::Agate(strength, octaves) => {
+                let layers = cycle(1.3 * strength * noise::turbulence(p, octaves) + 1.1 * z);
+                ((layers + 1.0) / 2.0).clamp(0.0, 1.0).powf(0.77)
+            }
+            Self::Boxed => 1.0 - p.abs().max_element().min(1.0),
+            Self::Bozo => noise::noise(p),
+            Self::Cylindrical => 1.0 - x.hypot(z).min(1.0),
+            Self::Dents => noise::noise(p).powi(3),
+            Self::Function(function) => {
+                let mut around = Surroundings { steps: FUNCTION_STEPS, pigment: &|_, _| [0.0; 5] };
+                function.value(&[x, y, z], &mut around).unwrap_or(0.0)
+            }
+            Self::Granite => {
+                let grain = |i: i32| {
+                    let scale = f64::from(1 << i);
+                    (1.0 - 2.0 * noise::noise(4.0 * scale * p)).abs().min(0.5) / scale
+                };
+                (0..6).map(grain).sum()
+            }
+            Self::Leopard => ((x.sin() + y.sin() + z.sin()) / 3.0).powi(2),
+            Self::Marble(strength, octaves) => match *strength {
+                0.0 => x,
+                strength => x + strength * noise::turbulence(p, octaves),
+            },
+            Self::Onion => p.length() % 1.0,
+            Self::Planar => 1.0 - y.abs().min(1.0),
+            Self::Radial => {
+                // On the axis there is no angle.
+                let on_axis = x.abs() < 0.001 && z.abs() < 0.001;
+                0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
+            }
+            Self::Spherical => (1.0 - p.length()).max(0.0),
+            Self::Spiral1(arms) => {
+                let r = x.hypot(y);
+                let tilt = if r > 0.0 { (y / r).asin() } else { 0.0 };
+                let angle = if x < 0.0 { 1.5 * PI - tilt } else { 0.5 * PI + tilt };
+                z + r + arms * angle / TAU
+            }
+            Self::Wood(amount, octaves) => {
+                if *amount == DVec3::ZERO {
+                    return x.hypot(y);
+                }
+                let shift = noise::turbulence_vector(p, octaves);
+                let moved = |v: f64, shift: f64, amount: f64| v + cycle((v + shift) * amount);
+                moved(x, shift.x, amount.x).hypot(moved(y, shift.y, amount.y))
+            }
+            Self::Wrinkles => {
+                let fold = |i: i32| {
+                    let scale = f64::from(1 << i);
+                    (2.0 * noise::noise(scale * p) - 0.5).clamp(0.0, 1.0) / scale
+                };
+                (0..10).map(fold).sum::<f64>() / 2.0
+            }
+            Self::Turbulent { pattern, amount, octaves } => {
+                pattern.value(p + noise::turbulence_vector(p, octaves) * *amount)
+            }
+        }
+    }
+
+    /// The same, put out of order: by its own turbulence if it has one, else by moving its points.
+    pub fn turbulent(self, amount: DVec3, octaves: Octaves) -> Self {
+        match self {
+            Self::Marble(..) => Self::Marble(amount.x, octaves),
+            Self::Wood(..) => Self::Wood(amount, octaves),
+            Self::Agate(strength, _) => Self::Agate(strength, octaves),
+            pattern if amount == DVec3::ZERO => pattern,
+            pattern => Self::Turbulent { pattern: Arc::new(pattern), amount, octaves },
+        }
+    }
+}
+
+impl Pattern {
+    /// Takes [`Pattern::turbulent`] back: the pattern in order, the amount and the octaves.
+    pub fn in_order(&self) -> (Self, DVec3, Octaves) {
+        match self {
+            Self::Marble(strength, octaves) => {
+                (Self::Marble(0.0, *octaves), DVec3::splat(*strength), *octaves)
+            }
+            Self::Wood(amount, octaves) => (Self::Wood(DVec3::ZERO, *octaves), *amount, *octaves),
+            Self::Agate(strength, octaves) => (Self::Agate(*strength, *octaves), DVec3::ZERO, *octaves),
+            Self::Turbulent { pattern, amount, octaves } => (Self::clone(pattern), *amount, *octaves),
+            pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
+        }
+    }
+}
+
+/// A sine with period 1.
+fn cycle(v: f64) -> f64 {
+    (v.fract() * TAU).sin()
+}
