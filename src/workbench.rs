@@ -9,7 +9,8 @@ use crate::lane::Scalar;
 use crate::ray_set::{RayHits, RayQuery, RaySet};
 use crate::render::Precision;
 use crate::scene::{Camera, Projection, Scene};
-use crate::wave::{FirstHit, RayStream, StreamHits, nearest_hits, trace_stream};
+pub use crate::wave::FirstHit;
+use crate::wave::{RayStream, StreamHits, nearest_hits, trace_stream};
 use cpu_time::ProcessTime;
 use glam::DVec3;
 use std::time::Instant;
@@ -77,6 +78,26 @@ impl Workbench {
     /// Threads that trace.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
+    }
+
+    /// What the rays through the middles of a picture's pixels hit first, in double precision, row by row.
+    pub fn camera_hits(&self, camera: &Camera, width: usize, height: usize) -> Vec<Option<FirstHit>> {
+        let pixel = |number: usize| {
+            let (x, y) = (number % width, number / width);
+            let s = (x as f64 + 0.5) / width as f64 - 0.5;
+            let t = 0.5 - (y as f64 + 0.5) / height as f64;
+            let across = camera.right * s + camera.up * t;
+            match camera.projection {
+                Projection::Perspective => (camera.location, camera.direction + across),
+                Projection::Orthographic => (camera.location + across, camera.direction),
+            }
+        };
+        let rays: Vec<_> = (0..width * height).map(pixel).collect();
+        match &self.prepared {
+            Prepared::Fast(scene) => nearest_hits(scene, &rays),
+            Prepared::Exact(scene) => nearest_hits(scene, &rays),
+            Prepared::Strict(scene) => nearest_hits(scene, &rays),
+        }
     }
 
     /// Traces `rays` `repeat` times, at least once.

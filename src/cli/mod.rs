@@ -2,6 +2,7 @@
 //!
 //! One file per subcommand. Knows the library's public doors only; how rays are traced is none of its business.
 
+mod bench;
 mod check;
 mod compare;
 mod cpu;
@@ -39,6 +40,8 @@ enum Command {
     Check(check::Args),
     /// Say how far two picture files are apart
     Compare(compare::Args),
+    /// Measure speed against error: every precision, the oracle and POV-Ray on the same scenes
+    Bench(bench::Args),
     /// Render scenes with octray and with the installed POV-Ray, and compare pictures and times
     Crosscheck(crosscheck::Args),
     /// Trace ray sets without a picture: how many a second, and what they hit
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Rays(args) => rays::run(&args),
     });

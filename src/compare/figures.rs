@@ -29,6 +29,8 @@ pub struct Difference {
     pub rmse: f64,
     /// 99 % of the pixels differ by no more.
     pub p99: f64,
+    /// 99.9 % of the pixels differ by no more.
+    pub p999: f64,
     /// Share of pixels that differ by more than 1/255.
     pub over_1_255: f64,
     /// Share of pixels that differ by more than 4/255.
@@ -111,13 +113,19 @@ fn difference(expected: &Film, actual: &Film, indices: impl Iterator<Item = usiz
     Difference {
         pixels,
         rmse: share_of(squares, 3 * pixels).sqrt(),
-        p99: (pixels * 99).div_ceil(100).checked_sub(1).map_or(0.0, |rank| largest[rank]),
+        p99: rank(pixels * 99, 100).map_or(0.0, |rank| largest[rank]),
+        p999: rank(pixels * 999, 1000).map_or(0.0, |rank| largest[rank]),
         over_1_255: share(pixels - up_to(1.0 / 255.0), 0.0),
         over_4_255: share(pixels - up_to(4.0 / 255.0), 0.0),
         within: share(up_to(WITHIN), 1.0),
         max,
         worst,
     }
+}
+
+/// Row of a quantile in a sorted list, `None` if the list is empty.
+fn rank(of: usize, per: usize) -> Option<usize> {
+    of.div_ceil(per).checked_sub(1)
 }
 
 fn share_of(sum: f64, count: usize) -> f64 {

@@ -8,7 +8,7 @@
 //! list in `artefacts.json`, or because POV-Ray contradicts itself in another unit of length (see [`random`]).
 
 mod artefacts;
-mod povray;
+pub mod povray;
 mod random;
 mod report;
 mod verdict;
@@ -22,6 +22,7 @@ use octray::film::Film;
 use octray::image_io::{Encoding, encode};
 use octray::render::render;
 use povray::{PovRay, PovRun};
+pub use report::{base64, escaped, shortened};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use verdict::Verdict;
@@ -169,7 +170,7 @@ impl Row {
 }
 
 /// Files as they are, folders opened (sorted, not their subfolders).
-fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+pub fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut scenes = Vec::new();
     for path in given {
         if !path.is_dir() {
@@ -249,14 +250,14 @@ fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<Measured, String
 }
 
 /// POV-Ray's file has no alpha here and ends at 1.
-fn as_povray_writes(film: Film) -> Film {
+pub fn as_povray_writes(film: Film) -> Film {
     let mut film = clipped(film);
     film.pixels.iter_mut().for_each(|pixel| pixel.transmit = 0.0);
     film
 }
 
 /// The middle one, or the mean of the two in the middle.
-fn median(mut times: Vec<f64>) -> f64 {
+pub fn median(mut times: Vec<f64>) -> f64 {
     times.sort_unstable_by(f64::total_cmp);
     let (low, high) = (times.len().saturating_sub(1) / 2, times.len() / 2);
     times.get(low).zip(times.get(high)).map_or(0.0, |(a, b)| (a + b) / 2.0)

@@ -53,7 +53,7 @@ fn cells(figures: &Figures) -> [String; 8] {
 }
 
 /// The end of a path says more than its beginning.
-fn shortened(path: &str, most: usize) -> String {
+pub fn shortened(path: &str, most: usize) -> String {
     let length = path.chars().count();
     if length <= most {
         path.into()
@@ -140,12 +140,12 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
     page
 }
 
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// RFC 4648, section 4. Too little to depend on a crate for.
-fn base64(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {

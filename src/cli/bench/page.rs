@@ -1,0 +1,65 @@
+//! The run as one HTML file that holds everything it shows.
+
+use super::Run;
+use super::table::{COLUMNS, cells};
+use crate::cli::crosscheck::{base64, escaped};
+use octray::compare::AMPLIFY;
+use std::fmt::Write;
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:78rem;margin:2rem auto;padding:0 1rem;color:#222}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px}td,th{padding:.15rem .6rem;\
+text-align:right;border-bottom:1px solid #ddd}td:first-child,th:first-child,td:nth-child(2),th:nth-child(2){text-align:\
+left}tr.first td{border-top:2px solid #bbb}img,svg{max-width:100%;height:auto}img{image-rendering:pixelated}\
+h2{font-size:1.15rem;margin:2rem 0 .4rem}h3{font-size:1rem;margin:1.2rem 0 .2rem}.note{color:#555}";
+
+/// Plot, tables, pictures, machine.
+pub fn page(run: &Run, plot: &str) -> String {
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>octray: speed against error</title>\
+         <style>{STYLE}</style></head><body>\n<h1>Speed against error</h1>\n<p>{}.</p>\n{plot}\n<p class=\"note\">A \
+         colour is a scene; f, e and s are octray's fast, exact and strict, o its oracle, POV is POV-Ray, whose speed \
+         is octray's number of rays over POV-Ray's time. Further right is faster, further down is nearer to strict; \
+         the bottom line stands for no difference at all.</p>\n<h2>By scene and mode</h2>\n<p class=\"note\">Seconds \
+         of tracing alone. Errors of pictures against strict, in linear light; <em>t</em>: relative error of the \
+         distance of camera hits against strict; <em>with POV-Ray</em>: share of pixels off edges within 2e-3 of \
+         POV-Ray's picture.</p>\n<table><tr><th>scene</th><th>mode</th>",
+        escaped(&run.machine.told())
+    );
+    COLUMNS.iter().for_each(|column| page += &format!("<th>{column}</th>"));
+    page += "</tr>\n";
+    for scene in &run.scenes {
+        for (number, mode) in scene.modes.iter().enumerate() {
+            let class = if number == 0 { " class=\"first\"" } else { "" };
+            // Writing to a string cannot fail.
+            let _ = write!(page, "<tr{class}><td>{}</td><td>{}</td>", escaped(&scene.scene), mode.name);
+            cells(mode).iter().for_each(|cell| page += &format!("<td>{cell}</td>"));
+            page += "</tr>\n";
+        }
+    }
+    page += "</table>\n<h2>Rays</h2>\n<p class=\"note\">Rays of exact by kind, in thousands, and millions of camera \
+             rays a second, traced eight at a time and one by one.</p>\n<table><tr><th>scene</th><th></th>\
+             <th>camera</th><th>shadow</th><th>reflected</th><th>refracted</th><th>packets, Mrays/s</th>\
+             <th>single, Mrays/s</th></tr>\n";
+    for scene in &run.scenes {
+        let rays = &scene.rays;
+        let _ = write!(page, "<tr><td>{}</td><td></td>", escaped(&scene.scene));
+        for count in [rays.camera, rays.shadow, rays.reflect, rays.refract] {
+            let _ = write!(page, "<td>{:.1}</td>", count as f64 * 1e-3);
+        }
+        let _ =
+            writeln!(page, "<td>{:.2}</td><td>{:.2}</td></tr>", scene.camera_packets, scene.camera_single);
+    }
+    let _ = writeln!(
+        page,
+        "</table>\n<h2>Pictures</h2>\n<p class=\"note\">Strict, the difference times {AMPLIFY}, and fast.</p>"
+    );
+    for scene in &run.scenes {
+        let _ = writeln!(
+            page,
+            "<h3>{}</h3><img alt=\"\" src=\"data:image/png;base64,{}\">",
+            escaped(&scene.scene),
+            base64(&scene.strip)
+        );
+    }
+    page + "</body></html>\n"
+}
