@@ -3,9 +3,9 @@
 use super::shapes::{push, push_mesh};
 use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
 use crate::bvh::Preset;
-use crate::csg::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+use crate::csg::{BoundsBlock, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
-use crate::lane::Scalar;
+use crate::lane::{LANES, Scalar};
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
 use crate::texture::TextureBuilder;
 use glam::DVec3;
@@ -395,7 +395,7 @@ impl<S: Scalar> Pass<S> {
 
     /// An object whose surfaces depend on each other.
     fn composite(&mut self, object: &Object, above: &Handed) {
-        let first = self.csg.parts.len() as u32;
+        let (first, first_node) = (self.csg.parts.len() as u32, self.csg.nodes.len() as u32);
         let mut tags = Vec::new();
         let (root, bounds) = self.node(object, above, false, &mut tags);
         self.constrain(root, &mut Vec::new());
@@ -409,7 +409,12 @@ impl<S: Scalar> Pass<S> {
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
         let parts = first..self.csg.parts.len() as u32;
-        self.csg.composites.push(Composite { parts, bounds, root });
+        let boxes: Vec<Aabb> = self.csg.parts[first as usize..].iter().map(|part| part.bounds).collect();
+        let first_block = self.csg.bounds.len() as u32;
+        self.csg.bounds.extend(boxes.chunks(LANES).map(BoundsBlock::new));
+        let nodes = first_node..self.csg.nodes.len() as u32;
+        let bounds_blocks = first_block..self.csg.bounds.len() as u32;
+        self.csg.composites.push(Composite { parts, nodes, bounds_blocks, bounds, root });
         let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
         self.composites.push(Tag { class, ..tag });
         self.part_tags.extend(tags);
@@ -521,6 +526,7 @@ impl<S: Scalar> Pass<S> {
         self.csg.parts.push(Part {
             kind: kind as u8,
             row: row as u32,
+            node: self.csg.nodes.len() as u32,
             solid,
             partial_skin: kind == Kind::Torus,
             inverted: false,

@@ -7,8 +7,10 @@
 //!
 //! This room knows parts by kind and row; it knows no colours and no tree over composites.
 
+mod cull;
 mod nearest;
 mod node;
 
+pub use cull::BoundsBlock;
 pub use nearest::{Best, PartRoots, Scratch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};

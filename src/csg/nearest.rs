@@ -1,8 +1,9 @@
 //! The nearest surface of a composite along eight rays.
 
-use super::{Composite, Constraint, CsgTree, NodeKind, Part};
-use crate::kernel::{Aabb, Rays};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+use super::cull::{Side, Stretch, max_abs};
+use super::{Composite, Constraint, CsgTree, NodeKind};
+use crate::kernel::Rays;
+use crate::lane::{LANES, Lane, Mask, Scalar, f64x8};
 use std::ops::Range;
 
 /// Crossings that lie closer together than this share of the distances involved are one place: coincident faces of
@@ -10,53 +11,12 @@ use std::ops::Range;
 /// relative to either part).
 const TIE: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 
-/// Bounds of parts are widened by this share of the largest coordinate at hand: the start of a ray that leaves a
-/// part may lie some roundings outside of it.
-const BOUNDS_SLACK: f64 = 64.0 * f64::UNIT_ROUNDOFF;
-
-/// No direction component is smaller than this before bounds, so that no plane distance is `0 * inf`.
-const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
-
-/// Stretches of eight rays, for culling parts by their bounds.
-struct Stretch {
-    origin: Vec3<f64x8>,
-    inverse: Vec3<f64x8>,
-    /// Where the stretch ends; what lies beyond does not matter.
-    far: f64x8,
-    /// What counts as at the start.
-    slack: f64x8,
-    lanes: u8,
-}
-
-impl Stretch {
-    fn new(rays: &Rays<f64x8>, far: f64x8, lanes: u8) -> Self {
-        let least = f64x8::lit(LEAST_DIRECTION);
-        let inverse = rays.dir.map(|d| f64x8::lit(1.0) / least.max(d.abs()).copysign(d));
-        let slack = max_abs(rays.origin) * f64x8::lit(BOUNDS_SLACK);
-        Self { origin: rays.origin, inverse, far, slack, lanes }
-    }
-
-    /// Whether a ray may meet the part or start within it. (Slab test padded by the roundings of a plane distance,
-    /// Ize 2013.)
-    #[inline(always)]
-    fn may_meet(&self, part: &Part) -> bool {
-        let Aabb { min, max } = part.bounds;
-        let low = (Vec3::<f64x8>::splat(min) - self.origin).mul(self.inverse);
-        let high = (Vec3::<f64x8>::splat(max) - self.origin).mul(self.inverse);
-        let first = if part.closed { -self.slack } else { f64x8::lit(f64::NEG_INFINITY) };
-        let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(first);
-        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
-        let pad = f64x8::lit(8.0 * f64::UNIT_ROUNDOFF);
-        let meets = near.le(far + far.abs() * pad) & near.le(self.far + self.slack);
-        meets.bits() & self.lanes != 0
-    }
-}
-
 /// Crossings of a composite's parts with eight rays; kept between calls so that nothing is allocated.
 #[derive(Debug, Default)]
 pub struct Scratch {
     crossings: Vec<f64x8>,
     parts: Vec<PartCrossings>,
+    sides: Vec<Side>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -109,7 +69,10 @@ impl CsgTree {
         best: &mut Best,
     ) -> u8 {
         let mut changed = 0;
-        let along = self.along(composite, rays, Stretch::new(rays, best.t, lanes), source, scratch);
+        let Some(along) = self.along(composite, rays, &Stretch::new(rays, best.t, lanes), source, scratch)
+        else {
+            return 0;
+        };
 
         for number in composite.parts.clone() {
             let part = &self.parts[number as usize];
@@ -171,8 +134,8 @@ impl CsgTree {
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
         let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), !0);
-        let along = self.along(composite, rays, line, source, scratch);
         let mut found = Vec::new();
+        let Some(along) = self.along(composite, rays, &line, source, scratch) else { return found };
         along.collect_interiors(composite.root, &along.place(f64x8::zero()), !0, &mut found);
         found
     }
@@ -188,34 +151,39 @@ impl CsgTree {
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
         let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), lanes);
-        let mut along = self.along(composite, rays, line, source, scratch);
-        along.tie = TIE + t_error;
         let mut found = Vec::new();
+        let Some(mut along) = self.along(composite, rays, &line, source, scratch) else { return found };
+        along.tie = TIE + t_error;
         along.collect_parts(composite.root, lanes, &along.place(t), &mut found);
         found
     }
 
-    /// Finds the crossings of all parts that matter on the stretch.
+    /// Finds the crossings of all parts that matter on the stretch; `None` if none can be a surface of the whole and
+    /// the rays are nowhere inside.
     fn along<'a>(
         &'a self,
-        composite: &Composite,
+        composite: &'a Composite,
         rays: &Rays<f64x8>,
-        stretch: Stretch,
+        stretch: &Stretch,
         source: &impl PartRoots,
         scratch: &'a mut Scratch,
-    ) -> Along<'a> {
-        let Scratch { crossings, parts } = scratch;
+    ) -> Option<Along<'a>> {
+        let Scratch { crossings, parts, sides } = scratch;
         crossings.clear();
         parts.clear();
+        if !self.cull(composite, stretch, sides) {
+            return None;
+        }
         for number in composite.parts.clone() {
             let first = crossings.len();
-            if !stretch.may_meet(&self.parts[number as usize]) {
+            let part = &self.parts[number as usize];
+            if sides[(part.node - composite.nodes.start) as usize] != Side::Either {
                 parts.push(PartCrossings { surface: first..first, boundary: first..first, from_inside: 0 });
                 continue;
             }
             let (surface, from_inside) = source.roots(number, rays, crossings);
             let surface = first..first + surface;
-            let boundary = match self.parts[number as usize].solid {
+            let boundary = match part.solid {
                 false => first..first,
                 true if crossings.len() > surface.end => surface.end..crossings.len(),
                 true => surface.clone(),
@@ -223,20 +191,18 @@ impl CsgTree {
             parts.push(PartCrossings { surface, boundary, from_inside });
         }
         let reach = max_abs(rays.origin);
-        Along { tree: self, first_part: composite.parts.start, crossings, parts, reach, tie: TIE }
+        Some(Along { tree: self, composite, crossings, parts, sides, reach, tie: TIE })
     }
-}
-
-fn max_abs(v: Vec3<f64x8>) -> f64x8 {
-    v.abs().max_element()
 }
 
 /// Everything known along the eight rays.
 struct Along<'a> {
     tree: &'a CsgTree,
-    first_part: u32,
+    composite: &'a Composite,
     crossings: &'a [f64x8],
     parts: &'a [PartCrossings],
+    /// By node of the composite.
+    sides: &'a [Side],
     reach: f64x8,
     /// See [`TIE`].
     tie: f64,
@@ -269,14 +235,20 @@ impl Along<'_> {
         for constraint in constraints {
             match constraint {
                 Constraint::Inside(list, child) => {
-                    for node in self.others(list, *child) {
+                    for &node in self.list(list) {
+                        if node == *child || self.side(node) == Side::Inside {
+                            continue;
+                        }
                         let sides = self.node(node, at);
                         own.before &= sides.before;
                         own.after &= sides.after;
                     }
                 }
                 Constraint::Outside(list, child) => {
-                    for node in self.others(list, *child) {
+                    for &node in self.list(list) {
+                        if node == *child || self.side(node) == Side::Outside {
+                            continue;
+                        }
                         let sides = self.node(node, at);
                         own.before |= sides.before;
                         own.after |= sides.after;
@@ -342,6 +314,12 @@ impl Along<'_> {
         }
     }
 
+    /// On which side of a node the rays are all along.
+    #[inline(always)]
+    fn side(&self, node: u32) -> Side {
+        self.sides[(node - self.composite.nodes.start) as usize]
+    }
+
     fn list(&self, range: &Range<u32>) -> &[u32] {
         &self.tree.lists[range.start as usize..range.end as usize]
     }
@@ -353,7 +331,7 @@ impl Along<'_> {
 
     /// Inside part `number` just before and just after `at`.
     fn part(&self, number: u32, at: &Place) -> Sides {
-        let part = &self.parts[(number - self.first_part) as usize];
+        let part = &self.parts[(number - self.composite.parts.start) as usize];
         let mut sides = Sides { before: part.from_inside, after: part.from_inside };
         for &crossing in &self.crossings[part.boundary.clone()] {
             sides.before ^= crossing.lt(at.early).bits();
@@ -364,6 +342,11 @@ impl Along<'_> {
 
     /// Inside `node` just before and just after `at`.
     fn node(&self, node: u32, at: &Place) -> Sides {
+        match self.side(node) {
+            Side::Inside => return Sides { before: !0, after: !0 },
+            Side::Outside => return Sides { before: 0, after: 0 },
+            Side::Either => {}
+        }
         let node = &self.tree.nodes[node as usize];
         let mut sides = match &node.kind {
             NodeKind::Part(number) => self.part(*number, at),

@@ -1,5 +1,6 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
+use super::BoundsBlock;
 use crate::kernel::Aabb;
 use std::ops::Range;
 
@@ -16,6 +17,8 @@ pub struct CsgTree {
     pub lists: Vec<u32>,
     /// What must hold for a part's crossing to be a surface, innermost first.
     pub constraints: Vec<Constraint>,
+    /// Bounds of parts in eights, each composite beginning a block.
+    pub bounds: Vec<BoundsBlock>,
 }
 
 /// One composite.
@@ -23,6 +26,10 @@ pub struct CsgTree {
 pub struct Composite {
     /// Its parts.
     pub parts: Range<u32>,
+    /// Its nodes, children before their parents.
+    pub nodes: Range<u32>,
+    /// The bounds of its parts: a stretch of [`CsgTree::bounds`].
+    pub bounds_blocks: Range<u32>,
     /// Holds all its surfaces; infinite if nothing bounds it.
     pub bounds: Aabb,
     /// The expression for the inside of the whole.
@@ -36,6 +43,8 @@ pub struct Part {
     pub kind: u8,
     /// Its row.
     pub row: u32,
+    /// Its node.
+    pub node: u32,
     /// It has an inside; else only a surface (triangle, polygon, mesh without `inside_vector`).
     pub solid: bool,
     /// It has surfaces at which nothing is entered or left.
