@@ -3,9 +3,9 @@
 use super::shapes::{push, push_mesh};
 use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
 use crate::bvh::Preset;
-use crate::csg::{BoundsBlock, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
-use crate::lane::{LANES, Scalar};
+use crate::lane::Scalar;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
 use crate::texture::TextureBuilder;
 use glam::DVec3;
@@ -408,13 +408,7 @@ impl<S: Scalar> Pass<S> {
             .fold(0, |bits, (tag, _): (&Tag, _)| bits | tag.class);
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
-        let parts = first..self.csg.parts.len() as u32;
-        let boxes: Vec<Aabb> = self.csg.parts[first as usize..].iter().map(|part| part.bounds).collect();
-        let first_block = self.csg.bounds.len() as u32;
-        self.csg.bounds.extend(boxes.chunks(LANES).map(BoundsBlock::new));
-        let nodes = first_node..self.csg.nodes.len() as u32;
-        let bounds_blocks = first_block..self.csg.bounds.len() as u32;
-        self.csg.composites.push(Composite { parts, nodes, bounds_blocks, bounds, root });
+        self.csg.push_composite(first, first_node, root, bounds);
         let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
         self.composites.push(Tag { class, ..tag });
         self.part_tags.extend(tags);

@@ -1,8 +1,9 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::{Composite, Constraint, CsgTree, NodeKind, Part};
+use super::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f32x8, f64x8};
+use std::ops::Range;
 
 /// Bounds of parts are widened by this share of the largest coordinate at hand: the start of a ray that leaves a
 /// part may lie some roundings outside of it.
@@ -13,7 +14,7 @@ const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
 
 /// Where eight rays are in relation to a node of a composite, as far as bounds tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub enum Side {
     /// All of them, all along.
     Inside,
     /// None of them, anywhere.
@@ -74,21 +75,20 @@ impl Interval {
     }
 }
 
-/// Stretches of eight rays, for culling parts by their bounds.
-pub(super) struct Stretch {
+/// Eight rays as bounds see them.
+#[derive(Debug, Clone)]
+pub struct Stretch {
     origin: Vec3<f64x8>,
     inverse: Vec3<f64x8>,
-    /// Where the stretch ends; what lies beyond does not matter.
-    far: f64x8,
     /// What counts as at the start.
     slack: f64x8,
-    lanes: u8,
-    /// Origin and inverse direction by axis, and the far end, over all rays; `None` if they go several ways.
-    group: Option<([[Interval; 2]; 3], f32)>,
+    /// Origin and inverse direction by axis over all rays; `None` if they go several ways.
+    group: Option<[[Interval; 2]; 3]>,
 }
 
 impl Stretch {
-    pub fn new(rays: &Rays<f64x8>, far: f64x8, lanes: u8) -> Self {
+    /// The rays of `lanes`.
+    pub fn new(rays: &Rays<f64x8>, lanes: u8) -> Self {
         let least = f64x8::lit(LEAST_DIRECTION);
         let inverse = rays.dir.map(|d| f64x8::lit(1.0) / least.max(d.abs()).copysign(d));
         let slack = max_abs(rays.origin) * f64x8::lit(BOUNDS_SLACK);
@@ -99,17 +99,16 @@ impl Stretch {
         let group = one_octant.then(|| {
             let axis = |o: f64x8, i: f64x8| [Interval::of(o, lanes), Interval::of(i, lanes)];
             let o = rays.origin;
-            let axes = [axis(o.x, inverse.x), axis(o.y, inverse.y), axis(o.z, inverse.z)];
-            (axes, Interval::of(far + slack, lanes).most)
+            [axis(o.x, inverse.x), axis(o.y, inverse.y), axis(o.z, inverse.z)]
         });
-        Self { origin: rays.origin, inverse, far, slack, lanes, group }
+        Self { origin: rays.origin, inverse, slack, group }
     }
 
     /// A bit for each part of a block that some ray may meet or start within, by one interval test for all eight
     /// (Boulos, Wald, Shirley 2006, Geometric and arithmetic culling methods for entire ray packets).
     fn may_meet_block(&self, block: &BoundsBlock) -> u8 {
-        let Some((axes, t_far)) = &self.group else { return !0 };
-        let (mut near, mut far) = (f32x8::lit(f64::NEG_INFINITY), f32x8::splat(*t_far));
+        let Some(axes) = &self.group else { return !0 };
+        let (mut near, mut far) = (f32x8::lit(f64::NEG_INFINITY), f32x8::lit(f64::INFINITY));
         for (axis, [origin, inverse]) in axes.iter().enumerate() {
             let (least, most) = (f32x8::splat(inverse.least), f32x8::splat(inverse.most));
             let (low, high) = (f32x8::from_array(block.min[axis]), f32x8::from_array(block.max[axis]));
@@ -127,10 +126,10 @@ impl Stretch {
         (near - near.abs() * pad).le(far + far.abs() * pad).bits()
     }
 
-    /// Whether a ray may meet the part or start within it. (Slab test padded by the roundings of a plane distance,
+    /// Whether one of the rays `lanes` may meet the part before `t_far` or start within it. (Slab test padded by the roundings of a plane distance,
     /// Ize 2013.)
     #[inline(always)]
-    fn may_meet(&self, part: &Part) -> bool {
+    fn may_meet(&self, part: &Part, t_far: f64x8, lanes: u8) -> bool {
         let Aabb { min, max } = part.bounds;
         let low = (Vec3::<f64x8>::splat(min) - self.origin).mul(self.inverse);
         let high = (Vec3::<f64x8>::splat(max) - self.origin).mul(self.inverse);
@@ -138,62 +137,97 @@ impl Stretch {
         let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(first);
         let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
         let pad = f64x8::lit(8.0 * f64::UNIT_ROUNDOFF);
-        let meets = near.le(far + far.abs() * pad) & near.le(self.far + self.slack);
-        meets.bits() & self.lanes != 0
+        let meets = near.le(far + far.abs() * pad) & near.le(t_far + self.slack);
+        meets.bits() & lanes != 0
     }
 }
 
 impl CsgTree {
-    /// Says for each node of the composite on which side of it the rays are; false if they are outside of the
-    /// whole and no part that they may meet can be a surface of it.
-    pub(super) fn cull(&self, composite: &Composite, stretch: &Stretch, sides: &mut Vec<Side>) -> bool {
-        let blocks = &self.bounds[composite.bounds_blocks.start as usize..];
+    /// Lists the parts that the rays `lanes` may meet before `t_far`, and says for each node of the composite on which side of it
+    /// the rays are; false if they are outside of the whole and no part that they may meet can be a surface of it.
+    pub(super) fn cull(
+        &self,
+        composite: &Composite,
+        (stretch, t_far, lanes): (&Stretch, f64x8, u8),
+        near: &mut Vec<u32>,
+        sides: &mut Vec<Side>,
+    ) -> bool {
         sides.clear();
-        let mut any = false;
-        let (mut block, mut near) = (usize::MAX, 0u8);
-        for number in composite.nodes.clone() {
-            let node = &self.nodes[number as usize];
-            let of = |child: &u32| sides[(*child - composite.nodes.start) as usize];
-            let list = |range: &std::ops::Range<u32>| &self.lists[range.start as usize..range.end as usize];
-            let side = match &node.kind {
-                NodeKind::Part(number) => {
-                    let part = &self.parts[*number as usize];
-                    let place = (number - composite.parts.start) as usize;
-                    if place / LANES != block {
-                        block = place / LANES;
-                        near = stretch.may_meet_block(&blocks[block]);
-                    }
-                    // (Where the group test says yes, ray by ray.)
-                    if near >> (place % LANES) & 1 == 1 && stretch.may_meet(part) {
-                        any = true;
-                        Side::Either
-                    } else {
-                        Side::Outside
-                    }
+        sides.extend_from_slice(&self.outside[composite.nodes.start as usize..composite.nodes.end as usize]);
+        near.clear();
+        let blocks = composite.bounds_blocks.start as usize..composite.bounds_blocks.end as usize;
+        for (first, block) in composite.parts.clone().step_by(LANES).zip(&self.bounds[blocks]) {
+            // Where the group test says yes, ray by ray.
+            let mut waiting = stretch.may_meet_block(block);
+            while waiting != 0 {
+                let number = first + waiting.trailing_zeros();
+                waiting &= waiting - 1;
+                if number >= composite.parts.end {
+                    break;
                 }
-                NodeKind::All(children) => fold(list(children).iter().map(of), Side::Outside, Side::Inside),
-                NodeKind::Any(children) | NodeKind::Merged(children) => {
-                    fold(list(children).iter().map(of), Side::Inside, Side::Outside)
+                let part = &self.parts[number as usize];
+                if stretch.may_meet(part, t_far, lanes) {
+                    near.push(number);
+                    sides[(part.node - composite.nodes.start) as usize] = Side::Either;
                 }
-                NodeKind::Odd(children) => {
-                    list(children).iter().map(of).fold(Side::Outside, |odd, side| match side {
-                        Side::Outside => odd,
-                        Side::Inside => odd.inverted(),
-                        Side::Either => Side::Either,
-                    })
-                }
-            };
-            sides.push(if node.inverted { side.inverted() } else { side });
+            }
+        }
+        if !near.is_empty() {
+            for &number in &self.inner[composite.inner.start as usize..composite.inner.end as usize] {
+                let place = (number - composite.nodes.start) as usize;
+                sides[place] = self.side(&self.nodes[number as usize], sides, composite.nodes.start);
+            }
         }
         let outside = sides[(composite.root - composite.nodes.start) as usize] == Side::Outside;
-        !outside || any && composite.parts.clone().any(|part| self.may_be_surface(composite, part, sides))
+        !outside || near.iter().any(|&part| self.may_be_surface(composite, part, sides))
+    }
+
+    /// The side of a node made of others, whose sides (by number from `first` on) are known.
+    fn side(&self, node: &CsgNode, sides: &[Side], first: u32) -> Side {
+        let of = |child: &u32| sides[(*child - first) as usize];
+        let list = |range: &Range<u32>| self.lists[range.start as usize..range.end as usize].iter();
+        let side = match &node.kind {
+            NodeKind::Part(_) => Side::Outside,
+            NodeKind::All(children) => fold(list(children).map(of), Side::Outside, Side::Inside),
+            NodeKind::Any(children) | NodeKind::Merged(children) => {
+                fold(list(children).map(of), Side::Inside, Side::Outside)
+            }
+            NodeKind::Odd(children) => {
+                list(children).map(of).fold(Side::Outside, |odd, side| match (odd, side) {
+                    (_, Side::Outside) => odd,
+                    (Side::Either, _) | (_, Side::Either) => Side::Either,
+                    (_, Side::Inside) => odd.inverted(),
+                })
+            }
+        };
+        if node.inverted { side.inverted() } else { side }
+    }
+
+    /// Completes a composite whose parts (from `first_part` on) and nodes (from `first_node` on) are the last.
+    pub fn push_composite(&mut self, first_part: u32, first_node: u32, root: u32, bounds: Aabb) {
+        let parts = first_part..self.parts.len() as u32;
+        let nodes = first_node..self.nodes.len() as u32;
+        let (first_block, first_inner) = (self.bounds.len() as u32, self.inner.len() as u32);
+        let boxes: Vec<Aabb> = self.parts[first_part as usize..].iter().map(|part| part.bounds).collect();
+        self.bounds.extend(boxes.chunks(LANES).map(BoundsBlock::new));
+        for number in nodes.clone() {
+            let node = &self.nodes[number as usize];
+            let side = self.side(node, &self.outside[first_node as usize..], first_node);
+            self.outside.push(side);
+            if !matches!(node.kind, NodeKind::Part(_)) {
+                self.inner.push(number);
+            }
+        }
+        let bounds_blocks = first_block..self.bounds.len() as u32;
+        let inner = first_inner..self.inner.len() as u32;
+        self.composites.push(Composite { parts, nodes, inner, bounds_blocks, bounds, root });
     }
 
     /// False if what is known of the sides rules out that a crossing of the part is a surface of the whole.
     fn may_be_surface(&self, composite: &Composite, part: u32, sides: &[Side]) -> bool {
         let part = &self.parts[part as usize];
         let side = |node: u32| sides[(node - composite.nodes.start) as usize];
-        let ruled_out = |list: &std::ops::Range<u32>, own: u32, out: Side| {
+        let ruled_out = |list: &Range<u32>, own: u32, out: Side| {
             let list = &self.lists[list.start as usize..list.end as usize];
             list.iter().any(|&node| node != own && side(node) == out)
         };

@@ -11,6 +11,6 @@ mod cull;
 mod nearest;
 mod node;
 
-pub use cull::BoundsBlock;
+pub use cull::{BoundsBlock, Side, Stretch};
 pub use nearest::{Best, PartRoots, Scratch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};

@@ -17,6 +17,8 @@ pub struct Scratch {
     crossings: Vec<f64x8>,
     parts: Vec<PartCrossings>,
     sides: Vec<Side>,
+    /// Parts that rays may meet.
+    near: Vec<u32>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -62,19 +64,18 @@ impl CsgTree {
     pub fn nearest(
         &self,
         composite: &Composite,
-        rays: &Rays<f64x8>,
+        (rays, stretch): (&Rays<f64x8>, &Stretch),
         (lanes, t_min, any): (u8, f64x8, bool),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
         let mut changed = 0;
-        let Some(along) = self.along(composite, rays, &Stretch::new(rays, best.t, lanes), source, scratch)
-        else {
+        let Some(along) = self.along(composite, rays, (stretch, best.t, lanes), source, scratch) else {
             return 0;
         };
 
-        for number in composite.parts.clone() {
+        for &number in along.near {
             let part = &self.parts[number as usize];
             if !part.seen {
                 continue;
@@ -133,9 +134,14 @@ impl CsgTree {
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), !0);
+        let line = Stretch::new(rays, !0);
+        let lanes = !0;
         let mut found = Vec::new();
-        let Some(along) = self.along(composite, rays, &line, source, scratch) else { return found };
+        let Some(along) =
+            self.along(composite, rays, (&line, f64x8::lit(f64::INFINITY), lanes), source, scratch)
+        else {
+            return found;
+        };
         along.collect_interiors(composite.root, &along.place(f64x8::zero()), !0, &mut found);
         found
     }
@@ -150,9 +156,13 @@ impl CsgTree {
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let line = Stretch::new(rays, f64x8::lit(f64::INFINITY), lanes);
+        let line = Stretch::new(rays, lanes);
         let mut found = Vec::new();
-        let Some(mut along) = self.along(composite, rays, &line, source, scratch) else { return found };
+        let Some(mut along) =
+            self.along(composite, rays, (&line, f64x8::lit(f64::INFINITY), lanes), source, scratch)
+        else {
+            return found;
+        };
         along.tie = TIE + t_error;
         along.collect_parts(composite.root, lanes, &along.place(t), &mut found);
         found
@@ -164,34 +174,31 @@ impl CsgTree {
         &'a self,
         composite: &'a Composite,
         rays: &Rays<f64x8>,
-        stretch: &Stretch,
+        stretch: (&Stretch, f64x8, u8),
         source: &impl PartRoots,
         scratch: &'a mut Scratch,
     ) -> Option<Along<'a>> {
-        let Scratch { crossings, parts, sides } = scratch;
-        crossings.clear();
-        parts.clear();
-        if !self.cull(composite, stretch, sides) {
+        let Scratch { crossings, parts, sides, near } = scratch;
+        if !self.cull(composite, stretch, near, sides) {
             return None;
         }
-        for number in composite.parts.clone() {
+        crossings.clear();
+        // What stands there for parts that are not near is never read.
+        parts.resize(parts.len().max(composite.parts.len()), PartCrossings::default());
+        for &number in near.iter() {
             let first = crossings.len();
-            let part = &self.parts[number as usize];
-            if sides[(part.node - composite.nodes.start) as usize] != Side::Either {
-                parts.push(PartCrossings { surface: first..first, boundary: first..first, from_inside: 0 });
-                continue;
-            }
             let (surface, from_inside) = source.roots(number, rays, crossings);
             let surface = first..first + surface;
-            let boundary = match part.solid {
+            let boundary = match self.parts[number as usize].solid {
                 false => first..first,
                 true if crossings.len() > surface.end => surface.end..crossings.len(),
                 true => surface.clone(),
             };
-            parts.push(PartCrossings { surface, boundary, from_inside });
+            parts[(number - composite.parts.start) as usize] =
+                PartCrossings { surface, boundary, from_inside };
         }
         let reach = max_abs(rays.origin);
-        Some(Along { tree: self, composite, crossings, parts, sides, reach, tie: TIE })
+        Some(Along { tree: self, composite, near, crossings, parts, sides, reach, tie: TIE })
     }
 }
 
@@ -199,6 +206,8 @@ impl CsgTree {
 struct Along<'a> {
     tree: &'a CsgTree,
     composite: &'a Composite,
+    /// Parts that rays may meet.
+    near: &'a [u32],
     crossings: &'a [f64x8],
     parts: &'a [PartCrossings],
     /// By node of the composite.

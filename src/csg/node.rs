@@ -1,6 +1,6 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
-use super::BoundsBlock;
+use super::{BoundsBlock, Side};
 use crate::kernel::Aabb;
 use std::ops::Range;
 
@@ -19,6 +19,10 @@ pub struct CsgTree {
     pub constraints: Vec<Constraint>,
     /// Bounds of parts in eights, each composite beginning a block.
     pub bounds: Vec<BoundsBlock>,
+    /// By node: its side for rays that meet no part.
+    pub outside: Vec<Side>,
+    /// Nodes that are made of others, composite by composite.
+    pub inner: Vec<u32>,
 }
 
 /// One composite.
@@ -28,6 +32,8 @@ pub struct Composite {
     pub parts: Range<u32>,
     /// Its nodes, children before their parents.
     pub nodes: Range<u32>,
+    /// Those of them that are made of others: a stretch of [`CsgTree::inner`].
+    pub inner: Range<u32>,
     /// The bounds of its parts: a stretch of [`CsgTree::bounds`].
     pub bounds_blocks: Range<u32>,
     /// Holds all its surfaces; infinite if nothing bounds it.

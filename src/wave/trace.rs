@@ -3,7 +3,7 @@
 use super::queue::Lines;
 use crate::bvh::{Packet, Run, Stack, Traversal, Visit, walk};
 use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock, class};
-use crate::csg::{Best, PartRoots, Scratch};
+use crate::csg::{Best, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 
@@ -62,6 +62,8 @@ pub struct Tracer<B: Scalar> {
     stack: Stack<B>,
     packets: Vec<Packet<B>>,
     scratch: Scratch,
+    /// By packet, its rays as composites' bounds see them, once one has asked.
+    stretches: Vec<Option<Stretch>>,
     traversal: Traversal,
 }
 
@@ -93,8 +95,11 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
     ) -> [u8; GROUP] {
-        let Self { stack, packets, scratch, traversal } = self;
-        let mut leaves = Leaves::<S, B, ANY> { scene, queries, filter, scratch, tinted: [0; GROUP] };
+        let Self { stack, packets, scratch, stretches, traversal } = self;
+        stretches.clear();
+        stretches.resize_with(queries.len(), || None);
+        let mut leaves =
+            Leaves::<S, B, ANY> { scene, queries, filter, scratch, stretches, tinted: [0; GROUP] };
         for run in &scene.unbounded {
             if run.class & filter != 0 {
                 for k in 0..leaves.queries.len() {
@@ -128,6 +133,7 @@ struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
     queries: &'a mut [Query<S::Lane>],
     filter: u8,
     scratch: &'a mut Scratch,
+    stretches: &'a mut [Option<Stretch>],
     /// By packet, the shadow rays that something see-through is in the way of.
     tinted: [u8; GROUP],
 }
@@ -160,7 +166,8 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
             return 0;
         }
         if run.kind == COMPOSITE {
-            return composites::<S, B, ANY>(self.scene, run, query, lanes, self.scratch);
+            let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
+            return composites::<S, B, ANY>(self.scene, run, query, lanes, buffers);
         }
         let base = self.scene.base[usize::from(run.kind)];
         self.scene
@@ -179,7 +186,8 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
         let query = &mut self.queries[packet];
         let (t, surface) = (query.t, query.surface);
         let met = if run.kind == COMPOSITE {
-            composites::<S, B, ANY>(self.scene, run, query, lanes, self.scratch)
+            let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
+            composites::<S, B, ANY>(self.scene, run, query, lanes, buffers)
         } else {
             let base = self.scene.base[usize::from(run.kind)];
             let rank = &self.scene.rank;
@@ -270,10 +278,11 @@ fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     run: &Run,
     query: &mut Query<S::Lane>,
     lanes: u8,
-    scratch: &mut Scratch,
+    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
     // Constructive geometry is done in double precision in every mode.
     let rays = Rays { origin: widen(query.rays.origin), dir: widen(query.rays.dir) };
+    let stretch = stretch.get_or_insert_with(|| Stretch::new(&rays, query.lanes));
     let source = Parts { scene, left: query.left, part: query.part };
     let t_min = query.t_min.to_f64s();
     let mut best = Best {
@@ -285,7 +294,14 @@ fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     let mut changed = 0;
     for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
         let waiting = if ANY { lanes & !changed } else { lanes };
-        changed |= scene.csg.nearest(composite, &rays, (waiting, t_min, ANY), &source, scratch, &mut best);
+        changed |= scene.csg.nearest(
+            composite,
+            (&rays, stretch),
+            (waiting, t_min, ANY),
+            &source,
+            scratch,
+            &mut best,
+        );
         if ANY && changed == lanes {
             break;
         }
