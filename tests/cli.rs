@@ -351,6 +351,41 @@ mod compare {
     }
 }
 
+mod check_lists_what_is_missing {
+    use super::*;
+
+    #[test]
+    fn check_accepts_what_render_refuses() {
+        let folder = folder();
+        let text = format!("{BALL} blob {{ threshold 1 }} blob {{ threshold 1 photons {{ target }} }}");
+        fs::write(folder.path().join("blobs.scn"), text).unwrap();
+        let check = octray(folder.path(), "check blobs.scn");
+        assert_eq!(told(&check), (0, String::new()));
+        let lines = said(&check);
+        assert!(lines.contains("refused: blob (2 places, the first at blobs.scn:5:2)"), "{lines}");
+        assert!(lines.contains("ignored: photons of an object (at blobs.scn:5:"), "{lines}");
+        let (code, message) = told(&octray(folder.path(), "render blobs.scn -o out.png"));
+        assert!(
+            code != 0 && message.contains("not modelled yet: `blob` (2 places, the first here)"),
+            "{message}"
+        );
+        assert_eq!(told(&octray(folder.path(), "render blobs.scn -o out.png -q --allow-missing")).0, 0);
+    }
+
+    #[test]
+    fn scripts_write_only_where_they_may() {
+        let folder = folder();
+        let text = "#fopen F \"out.txt\" write #write (F, 1.5, \"\\n\") #fclose F";
+        fs::write(folder.path().join("writer.scn"), text).unwrap();
+        let check = octray(folder.path(), "check writer.scn");
+        assert_eq!(told(&check).0, 0);
+        assert!(said(&check).contains("ignored: #write to a file"));
+        assert!(!folder.path().join("out.txt").exists());
+        assert_eq!(told(&octray(folder.path(), "check writer.scn --allow-write .")).0, 0);
+        assert_eq!(fs::read_to_string(folder.path().join("out.txt")).unwrap(), "1.5\n");
+    }
+}
+
 mod crosscheck {
     use super::*;
 

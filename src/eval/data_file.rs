@@ -60,7 +60,9 @@ impl Machine<'_> {
                     Keyword::Append => self.data_text(&name),
                     _ => None,
                 };
-                Some(DataFile::Writing { name, text: before.unwrap_or_default() })
+                let text = before.unwrap_or_default();
+                self.charge(text.len())?;
+                Some(DataFile::Writing { name, text })
             }
             _ => return Err(self.error_here("expected `read`, `write` or `append`")),
         };

@@ -399,7 +399,15 @@ impl Machine<'_> {
     }
 
     fn set_version(&mut self) -> Res<()> {
-        let version = self.float()?;
+        // Old scenes have no semicolon here: the directives behind are for the version that this one says.
+        let plain = matches!(self.peek_raw(), Token::Number(_));
+        let before = self.version;
+        if plain {
+            self.version = 1.0;
+        }
+        let version = self.float();
+        self.version = before;
+        let version = version?;
         self.optional_semicolon();
         if !(1.0..=3.8).contains(&version) {
             let message = format!("expected a version of POV-Ray up to 3.8, found {version}");

@@ -16,6 +16,9 @@ const ENDLESS: f64 = 1e10;
 /// Half the thickness of the box about a flat polygon, as POV-Ray has it.
 const POLYGON_HALF_THICKNESS: f64 = 1e-3;
 
+/// Parts that the oracle holds against a ray in the time of a step of the evaluator, about.
+const PARTS_A_STEP: u64 = 8;
+
 /// Lowest and highest corner.
 pub(super) type Extent = (DVec3, DVec3);
 
@@ -32,6 +35,7 @@ impl Machine<'_> {
             _ => self.comma()?,
         }
         let point = self.vector()?;
+        self.count_steps(weight(&object) / PARTS_A_STEP)?;
         if word == Keyword::Inside {
             return Ok(Num::float(f64::from(reference::contains(&object, point))));
         }
@@ -82,6 +86,15 @@ impl Machine<'_> {
             Some(object) => Ok(Arc::new(object.clone())),
             None => Ok(Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO)))),
         }
+    }
+}
+
+/// How many parts every ray is held against.
+fn weight(object: &Object) -> u64 {
+    match &object.shape {
+        Shape::Csg { children, .. } => 1 + children.iter().map(|child| weight(child)).sum::<u64>(),
+        Shape::Mesh(mesh) => 1 + mesh.triangles.len() as u64,
+        _ => 1,
     }
 }
 

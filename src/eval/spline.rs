@@ -15,6 +15,7 @@ impl Machine<'_> {
                 _ => None,
             })?;
             let mut spline = named.unwrap_or_default();
+            m.count_steps(spline.len() as u64)?;
             if let Some(kind) = m.spline_kind()? {
                 spline.kind = kind;
             }

@@ -30,10 +30,7 @@ pub enum SplineKind {
 impl Spline {
     /// Adds a point; where there is one already, that one stays (measured). [`Spline::settle`] must follow.
     pub fn insert(&mut self, place: f64, value: [f64; 5]) {
-        let at = self.points.partition_point(|point| point.0 < place);
-        if self.points.get(at).is_none_or(|point| point.0 != place) {
-            self.points.insert(at, (place, value));
-        }
+        self.points.push((place, value));
     }
 
     /// How many points it has.
@@ -46,9 +43,11 @@ impl Spline {
         self.points.is_empty()
     }
 
-    /// Computes what a natural spline needs to know of all its points at once (Press et al., Numerical Recipes,
+    /// Puts the points in order, and computes what a natural spline needs to know of all its points at once (Press et al., Numerical Recipes,
     /// section 3.3: a tridiagonal system).
     pub fn settle(&mut self) {
+        self.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.points.dedup_by(|later, first| later.0 == first.0);
         let n = self.points.len();
         self.bends = vec![[0.0; 5]; n];
         if self.kind != SplineKind::Natural || n < 3 {
