@@ -53,14 +53,14 @@ impl<L: Lane> Frame<L> {
     #[inline(always)]
     pub fn start_error(&self, rays: &Rays<L>) -> Vec3<L> {
         let reach = (rays.origin.abs() + self.center.abs()) * L::lit(4.0 * L::Scalar::UNIT_ROUNDOFF);
-        apply(&self.rows.map(Vec3::abs), reach)
+        apply(&abs_rows(&self.rows), reach)
     }
 
     /// How far `rays.dir` may be wrong in own space, per axis: 8 roundings in the map and in the normal that the
     /// caller compared the direction with.
     #[inline(always)]
     pub fn direction_error(&self, rays: &Rays<L>) -> Vec3<L> {
-        apply(&self.rows.map(Vec3::abs), rays.dir.abs() * L::lit(8.0 * L::Scalar::UNIT_ROUNDOFF))
+        apply(&abs_rows(&self.rows), rays.dir.abs() * L::lit(8.0 * L::Scalar::UNIT_ROUNDOFF))
     }
 }
 
@@ -90,10 +90,7 @@ impl<S: Scalar> Frames<S> {
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
         let m = |k: usize| S::Lane::splat(self.to_own[k][i]);
         let c = |k: usize| S::Lane::splat(self.center[k][i]);
-        Frame {
-            center: Vec3::new(c(0), c(1), c(2)),
-            rows: [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2))),
-        }
+        Frame { center: Vec3::new(c(0), c(1), c(2)), rows: rows(m) }
     }
 
     /// Frame `index[k]` in lane `k`.
@@ -101,10 +98,7 @@ impl<S: Scalar> Frames<S> {
     pub fn gathered(&self, index: &[u32; LANES]) -> Frame<S::Lane> {
         let m = |k: usize| gather(&self.to_own[k], index);
         let c = |k: usize| gather(&self.center[k], index);
-        Frame {
-            center: Vec3::new(c(0), c(1), c(2)),
-            rows: [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2))),
-        }
+        Frame { center: Vec3::new(c(0), c(1), c(2)), rows: rows(m) }
     }
 
     /// World positions of points given in the own space of primitive `index[k]`.
@@ -112,7 +106,7 @@ impl<S: Scalar> Frames<S> {
     pub fn to_world(&self, index: &[u32; LANES], own: Vec3<S::Lane>) -> Vec3<S::Lane> {
         let m = |k: usize| gather(&self.to_world[k], index);
         let c = |k: usize| gather(&self.center[k], index);
-        let rows = [0, 3, 6].map(|k| Vec3::new(m(k), m(k + 1), m(k + 2)));
+        let rows = rows(m);
         Vec3::new(c(0), c(1), c(2)) + apply(&rows, own)
     }
 
@@ -172,6 +166,17 @@ impl<S: Scalar> Frames<S> {
             *column = permuted(column, order);
         }
     }
+}
+
+#[inline(always)]
+fn abs_rows<L: Lane>([x, y, z]: &[Vec3<L>; 3]) -> [Vec3<L>; 3] {
+    [x.abs(), y.abs(), z.abs()]
+}
+
+/// Three rows of a matrix whose entry `3 r + c` is `m(3 r + c)`.
+#[inline(always)]
+fn rows<L: Lane>(m: impl Fn(usize) -> L) -> [Vec3<L>; 3] {
+    [Vec3::new(m(0), m(1), m(2)), Vec3::new(m(3), m(4), m(5)), Vec3::new(m(6), m(7), m(8))]
 }
 
 fn forward_abs(m: &DMat3) -> DMat3 {

@@ -168,7 +168,7 @@ fn shape<L: Lane>(value: L, wave: Wave, frequency: f64, phase: f64) -> L {
         }
         Wave::Scallop => cycle(v * L::lit(0.5)).abs(),
         Wave::Cubic => v * v * (L::lit(3.0) - v * L::lit(2.0)),
-        Wave::Poly(exponent) => v.pow(L::lit(exponent)),
+        Wave::Poly(exponent) => v.pow_const(exponent),
     }
 }
 

@@ -82,7 +82,7 @@ impl LightProgram {
                 let q = dir.dot(Vec3::splat(self.axis));
                 let q = distance.gt(L::zero()).select(-q, q);
                 let lit = q.gt(L::zero());
-                let mut s = q.max(L::zero()).pow(L::lit(tightness));
+                let mut s = q.max(L::zero()).pow_const(tightness);
                 if radius.cos() > 0.0 {
                     let rim = smooth_step(falloff.cos(), radius.cos(), q);
                     s = q.lt(L::lit(radius.cos())).select(s * rim, s);
@@ -96,7 +96,7 @@ impl LightProgram {
                 let off = (from - axis * ahead).length();
                 let lit = ahead.gt(L::zero()) & off.lt(L::lit(falloff));
                 let x = one - off / L::lit(falloff);
-                let mut s = x.max(L::zero()).pow(L::lit(tightness));
+                let mut s = x.max(L::zero()).pow_const(tightness);
                 if radius > 0.0 {
                     let rim = smooth_step(0.0, 1.0 - radius / falloff, x);
                     s = off.gt(L::lit(radius)).select(s * rim, s);
@@ -105,7 +105,7 @@ impl LightProgram {
             }
         };
         if let Some((fade_distance, power)) = self.fade {
-            let fade = L::lit(2.0) / (one + (distance / L::lit(fade_distance)).abs().pow(L::lit(power)));
+            let fade = L::lit(2.0) / (one + (distance / L::lit(fade_distance)).abs().pow_const(power));
             strength = strength * fade;
         }
         strength

@@ -199,7 +199,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
     }
 
     let amount = lit.select(L::lit(finish.diffuse), back.keep(L::lit(finish.diffuse_back)));
-    let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow(L::lit(finish.brilliance)) };
+    let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow_const(finish.brilliance) };
     let mut sum = colors.rgb * (slope * amount * opacity);
 
     if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
@@ -211,8 +211,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
             let least = if finish.phong_size >= 60.0 { 0.0008 } else { 0.0 };
             let seen = c.gt(L::lit(least)) & lit;
             if seen.any() {
-                highlight +=
-                    seen.keep(c.max(L::zero()).pow(L::lit(finish.phong_size)) * L::lit(finish.phong));
+                highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));
             }
         }
         if finish.specular > 0.0 {
@@ -222,7 +221,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
             let seen = length.gt(L::zero()) & c.gt(L::zero()) & lit;
             if seen.any() {
                 let c = seen.keep(c);
-                highlight += seen.keep(c.pow(L::lit(1.0 / finish.roughness)) * L::lit(finish.specular));
+                highlight += seen.keep(c.pow_const(1.0 / finish.roughness) * L::lit(finish.specular));
             }
         }
         let highlight = lit.keep(highlight);
@@ -280,7 +279,7 @@ fn reflect_share<'a, L: Lane>(
         (factor, weight * factor.max_element())
     } else {
         let share = (one - hit.cos).max(L::zero());
-        let share = if reflection.falloff == 1.0 { share } else { share.pow(L::lit(reflection.falloff)) };
+        let share = if reflection.falloff == 1.0 { share } else { share.pow_const(reflection.falloff) };
         let most = reflection.max.max_element().max(reflection.min.max_element());
         (between(share), weight * L::lit(most))
     };
