@@ -7,6 +7,7 @@ use super::{Bvh, Child, Node, Run};
 use crate::kernel::Aabb;
 use crate::lane::{LANES, Scalar};
 use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
 
 /// One primitive to be put in the tree.
 #[derive(Debug, Clone, Copy)]
@@ -52,16 +53,26 @@ pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bv
         nodes: Vec::new(),
         runs: Vec::new(),
         bounds,
-        origin: if items.is_empty() { DVec3::ZERO } else { bounds.center() },
+        depth: 0,
+        classes: items.iter().fold(0, |classes, item| classes | item.class),
+        origin: origin(&bounds),
     };
     let mut order = vec![Vec::new(); kinds];
     if items.is_empty() {
         return (tree, order);
     }
     let root = split(items);
-    let mut emit = Emit { tree: &mut tree, order: &mut order, slack: Bvh::<B>::slack(&bounds) };
-    emit.node(&root);
+
+    let slack = Bvh::<B>::slack(&tree.moved_bounds());
+    let mut emit = Emit { tree: &mut tree, order: &mut order, slack };
+    emit.node(&root, 1);
     (tree, order)
+}
+
+/// Zero unless the middle is further off than the bounds are wide: near the origin nothing is gained by moving it.
+fn origin(bounds: &Aabb) -> DVec3 {
+    let (center, diagonal) = (bounds.center(), bounds.max - bounds.min);
+    if center.is_finite() && center.length() > diagonal.length() { center } else { DVec3::ZERO }
 }
 
 /// A tree of two children a node over reordered items.
@@ -166,13 +177,13 @@ fn partition(items: &mut [Item], bounds: &Aabb) -> Option<usize> {
 struct Emit<'a, B: Scalar> {
     tree: &'a mut Bvh<B>,
     order: &'a mut [Vec<u32>],
-    slack: f64,
+    slack: DVec3,
 }
 
 impl<B: Scalar> Emit<'_, B> {
-    /// Emits `root` as a node and returns its number.
-    fn node(&mut self, root: &Binary) -> usize {
-        let mut children: Vec<&Binary> = vec![root];
+    /// Emits `root` as a node at `depth` and returns its number.
+    fn node(&mut self, root: &Binary, depth: usize) -> usize {
+        let mut children: SmallVec<[&Binary; LANES]> = smallvec![root];
         // Open the child of largest area until there are eight or only leaves.
         while children.len() < LANES {
             let largest = (0..children.len())
@@ -180,37 +191,33 @@ impl<B: Scalar> Emit<'_, B> {
                 .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
             let Some(k) = largest else { break };
             if let Binary::Node { children: pair, .. } = children[k] {
-                children.splice(k..=k, [&pair[0], &pair[1]]);
+                children[k] = &pair[0];
+                children.insert(k + 1, &pair[1]);
             }
         }
         let number = self.tree.nodes.len();
-        self.tree.nodes.push(Node::empty());
-
-        let mut min = [[B::from_f64(f64::INFINITY); LANES]; 3];
-        let mut max = [[B::from_f64(f64::NEG_INFINITY); LANES]; 3];
-        let mut child = [Child::NONE; LANES];
+        let mut node = Node::empty();
+        self.tree.nodes.push(node);
+        self.tree.depth = self.tree.depth.max(depth);
         for (k, binary) in children.into_iter().enumerate() {
             let bounds = binary.bounds();
-            let (lo, hi) =
-                (bounds.min - self.tree.origin - self.slack, bounds.max - self.tree.origin + self.slack);
+            let lo = bounds.min - self.tree.origin - self.slack;
+            let hi = bounds.max - self.tree.origin + self.slack;
             for axis in 0..3 {
-                min[axis][k] = B::from_f64(lo[axis]);
-                max[axis][k] = B::from_f64(hi[axis]);
+                node.planes[axis][k] = B::from_f64(lo[axis]);
+                node.planes[3 + axis][k] = B::from_f64(hi[axis]);
             }
-            child[k] = match binary {
+            node.child[k] = match binary {
                 Binary::Leaf { items, .. } => self.leaf(items),
-                Binary::Node { .. } => Child::node(self.node(binary)),
+                Binary::Node { .. } => Child::node(self.node(binary, depth + 1)),
             };
         }
-        let node = &mut self.tree.nodes[number];
-        node.min = min;
-        node.max = max;
-        node.child = child;
+        self.tree.nodes[number] = node;
         number
     }
 
     fn leaf(&mut self, items: &[Item]) -> Child {
-        let mut items = items.to_vec();
+        let mut items: SmallVec<[Item; MAX_LEAF]> = items.into();
         items.sort_by_key(|item| (item.kind, item.class, item.index));
         let first = self.tree.runs.len();
         for run in items.chunk_by(|a, b| (a.kind, a.class) == (b.kind, b.class)) {
@@ -224,10 +231,16 @@ impl<B: Scalar> Emit<'_, B> {
             });
             order.extend(run.iter().map(|item| item.index));
         }
+        if let [run] = self.tree.runs[first..]
+            && let Some(leaf) = Child::run(&run)
+        {
+            self.tree.runs.pop();
+            return leaf;
+        }
         if let Some(run) = self.tree.runs.last_mut() {
             run.last = true;
         }
-        Child::leaf(first)
+        Child::runs(first)
     }
 }
 

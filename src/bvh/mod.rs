@@ -4,8 +4,10 @@
 
 mod build;
 mod node;
+mod packet;
 mod walk;
 
 pub use build::{Item, Preset, build};
 pub use node::{Bvh, Child, Node, Run};
-pub use walk::{Packet, Stack, Traversal, Visit, walk};
+pub use packet::Packet;
+pub use walk::{Stack, Traversal, Visit, walk};

@@ -12,57 +12,74 @@ use glam::DVec3;
 pub struct Bvh<B: Scalar> {
     /// The root is the first; empty for an empty tree.
     pub nodes: Vec<Node<B>>,
-    /// Leaves are stretches of this list, each up to a run that is marked `last`.
+    /// Leaves of more than one run are stretches of this list, each up to a run that is marked `last`.
     pub runs: Vec<Run>,
     /// Around everything.
     pub bounds: Aabb,
-    /// What is subtracted from world coordinates before rounding to `B`: the middle of `bounds`.
+    /// Nodes on the longest way down.
+    pub depth: usize,
+    /// Union of the classes of all leaves.
+    pub classes: u8,
+    /// What is subtracted from coordinates before rounding to `B`: the middle of `bounds`, or zero if that is not far.
     pub origin: DVec3,
 }
 
-/// Eight boxes and what is in them.
+/// Eight boxes and what is in them: 256 bytes in single precision.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Node<B: Scalar> {
-    /// Lowest corners, by axis; `+inf` for absent children.
-    pub min: [[B; LANES]; 3],
-    /// Highest corners, by axis; `-inf` for absent children.
-    pub max: [[B; LANES]; 3],
+    /// Lowest corners by axis, then highest corners by axis; `+inf` and `-inf` for absent children.
+    pub planes: [[B; LANES]; 6],
     /// Child by child.
     pub child: [Child; LANES],
 }
 
 /// A node or a leaf.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Child(u32);
+pub struct Child {
+    /// The node's number, a leaf's first row, or the first of a leaf's runs in [`Bvh::runs`].
+    at: u32,
+    /// 0 for a node. For a leaf of one run: [`Child::LEAF`], length, class and kind, in bits 31, 16 to 30, 8 to 15, 0 to 7.
+    /// For a leaf of several runs: [`Child::SEVERAL`].
+    what: u32,
+}
 
 impl Child {
     const LEAF: u32 = 1 << 31;
+    const SEVERAL: u32 = 0x7fff_ffff;
+    const MOST: u32 = 0x7fff;
     /// There is none.
-    pub const NONE: Self = Self(u32::MAX);
+    pub const NONE: Self = Self { at: u32::MAX, what: u32::MAX };
+    /// The root of a tree that is not empty.
+    pub const ROOT: Self = Self { at: 0, what: 0 };
 
     /// Node number `index`.
     pub fn node(index: usize) -> Self {
-        debug_assert!(index < Self::LEAF as usize);
-        Self(index as u32)
+        debug_assert!(index < u32::MAX as usize);
+        Self { at: index as u32, what: 0 }
     }
 
-    /// The leaf whose first run is `run`.
-    pub fn leaf(run: usize) -> Self {
-        debug_assert!(run < Self::LEAF as usize - 1);
-        Self(run as u32 | Self::LEAF)
+    /// A leaf of one run, if it is not too long for that.
+    pub fn run(run: &Run) -> Option<Self> {
+        let what = Self::LEAF | run.len << 16 | u32::from(run.class) << 8 | u32::from(run.kind);
+        (run.len <= Self::MOST && run.kind < u8::MAX).then_some(Self { at: run.first, what })
+    }
+
+    /// A leaf whose first run is number `run` of [`Bvh::runs`].
+    pub fn runs(run: usize) -> Self {
+        Self { at: run as u32, what: Self::SEVERAL }
     }
 
     /// True for a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
-        self.0 & Self::LEAF != 0
+        self.what != 0
     }
 
-    /// The node's or first run's number.
+    /// A node's number.
     #[inline(always)]
     pub fn index(self) -> usize {
-        (self.0 & !Self::LEAF) as usize
+        self.at as usize
     }
 }
 
@@ -85,14 +102,20 @@ impl<B: Scalar> Node<B> {
     /// No children.
     pub fn empty() -> Self {
         Self {
-            min: [[B::from_f64(f64::INFINITY); LANES]; 3],
-            max: [[B::from_f64(f64::NEG_INFINITY); LANES]; 3],
+            planes: std::array::from_fn(|k| {
+                [B::from_f64(if k < 3 { f64::INFINITY } else { f64::NEG_INFINITY }); LANES]
+            }),
             child: [Child::NONE; LANES],
         }
     }
 }
 
 impl<B: Scalar> Bvh<B> {
+    /// `bounds` relative to `origin`.
+    pub fn moved_bounds(&self) -> Aabb {
+        Aabb { min: self.bounds.min - self.origin, max: self.bounds.max - self.origin }
+    }
+
     /// Bytes of nodes and runs.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.runs[..])
@@ -105,8 +128,9 @@ impl<B: Scalar> Bvh<B> {
         let mut cost = 1.0;
         for node in &self.nodes {
             for (k, child) in node.child.iter().enumerate().filter(|(_, child)| **child != Child::NONE) {
-                let side: [f64; 3] =
-                    std::array::from_fn(|axis| node.max[axis][k].to_f64() - node.min[axis][k].to_f64());
+                let side: [f64; 3] = std::array::from_fn(|axis| {
+                    node.planes[3 + axis][k].to_f64() - node.planes[axis][k].to_f64()
+                });
                 let area = side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
                 let tests = if child.is_leaf() { self.leaf_len(*child) as f64 } else { 1.0 };
                 cost += tests * area / whole;
@@ -116,23 +140,51 @@ impl<B: Scalar> Bvh<B> {
     }
 
     fn leaf_len(&self, leaf: Child) -> u32 {
-        let mut len = 0;
-        for run in &self.runs[leaf.index()..] {
-            len += run.len;
-            if run.last {
-                break;
-            }
-        }
-        len
+        self.leaf(leaf).map(|run| run.len).sum()
     }
 
-    /// How far each box is widened on every side: what rounding a start and a direction inside the bounds to `B`
-    /// can move a point of the ray, with room for the slab test's own three roundings.
+    /// The runs of a leaf.
+    #[inline(always)]
+    pub fn leaf(&self, leaf: Child) -> impl Iterator<Item = Run> {
+        let Child { at, what } = leaf;
+        let several = what == Child::SEVERAL;
+        let mut next = Some(if several {
+            self.runs[at as usize]
+        } else {
+            Run {
+                kind: what as u8,
+                class: (what >> 8) as u8,
+                last: true,
+                len: what >> 16 & Child::MOST,
+                first: at,
+            }
+        });
+        let mut number = at as usize;
+        std::iter::from_fn(move || {
+            let run = next?;
+            next = if run.last {
+                None
+            } else {
+                number += 1;
+                self.runs.get(number).copied()
+            };
+            Some(run)
+        })
+    }
+
+    /// How far boxes within `bounds` are widened on either side of each axis: what roundings can move a plane's
+    /// crossing, seen as a displacement of the plane.
     ///
-    /// A start is off by at most u per component times the half size of the bounds; a direction component is off by
-    /// u, over a way of at most the diagonal d; origin and box add one rounding each: together under `6 u d`. The
-    /// doubled figure covers the walk's own arithmetic for moving the start.
-    pub fn slack(bounds: &Aabb) -> f64 {
-        12.0 * B::UNIT_ROUNDOFF * (bounds.max - bounds.min).length()
+    /// A ray's crossing of a plane is taken as `plane * inverse - start * inverse`. With u the unit roundoff, r the
+    /// largest coordinate and w the width along the axis, that is off by u r for each of the rounded start, the rounded
+    /// plane and the product `start * inverse`, and by u w for each of the rounded direction, its
+    /// inverse and the last sum, since rays start within the bounds. A machine that does not multiply and add at once
+    /// rounds `plane * inverse` too: 4 r + 3 w.
+    /// In double precision the walk's own arithmetic for moving the start counts as well, hence the factor.
+    pub fn slack(bounds: &Aabb) -> DVec3 {
+        let reach = bounds.min.abs().max(bounds.max.abs());
+        let width = bounds.max - bounds.min;
+        let own = if B::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF { 1.0 } else { 3.0 };
+        (reach * 4.0 + width * 3.0) * (1.0625 * own * B::UNIT_ROUNDOFF)
     }
 }

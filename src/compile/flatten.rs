@@ -125,7 +125,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     let (bvh, mut order) = build_tree::<B>(&mut items, preset);
 
     let mut unbounded = Vec::new();
-    let mut classes = 0;
+    let mut classes = bvh.classes;
     for (kind, rows) in loose.iter().enumerate() {
         let tag = |row: u32| {
             if kind == usize::from(COMPOSITE) { composites[row as usize] } else { plain[kind][row as usize] }
@@ -142,7 +142,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
             order[kind].extend_from_slice(run);
         }
     }
-    for run in unbounded.iter().chain(&bvh.runs) {
+    for run in &unbounded {
         classes |= run.class;
     }
 

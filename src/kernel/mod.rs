@@ -114,6 +114,16 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// twice, or nothing); a half space has one. With `left`, the crossing at the start is returned as exactly 0.
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
 
+    /// One ray against eight rows at a time may start at multiples of this; 0 if the kind has no such test.
+    const ACROSS: u32 = 0;
+
+    /// Crossings of one ray, which is in every lane, with the rows from `first` on, a row a lane, in the form of
+    /// [`Block::roots`]. Lanes past the last row, or of rows that are none of the caller's business, hold anything.
+    #[inline(always)]
+    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
+        self.roots(first, rays, left)
+    }
+
     /// Where eight rays change between outside and inside of primitive `i`, in the form of [`Block::roots`].
     ///
     /// The crossings themselves, except where a shape's surface is not all of its boundary: open cones and cylinders

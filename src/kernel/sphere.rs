@@ -23,6 +23,39 @@ impl<S: Scalar> Spheres<S> {
     }
 }
 
+/// Where rays cross a sphere.
+///
+/// Takes the discriminant at the ray's closest point to the centre, so a small or far sphere does not cancel
+/// (Haines, Günther, Akenine-Möller, Ray Tracing Gems, ch. 7), and the roots as `c/q` and `q/a`. Relative error
+/// of `t` about 4 roundings, more near the silhouette.
+#[inline(always)]
+fn crossings<L: Lane>(center: Vec3<L>, radius: L, rays: &Rays<L>, left: Option<&Left<L>>) -> [L; 2] {
+    let f = center - rays.origin;
+    let b = f.dot(rays.dir);
+    // l is the perpendicular from the centre to the ray.
+    let l = f - rays.dir * b;
+    // NaN on a miss, and so are both roots. A sphere of radius 0 is touched at most, by luck of rounding.
+    let square = radius * radius - l.dot(l);
+    if left.is_none() && !square.ge(L::zero()).any() {
+        return [L::lit(f64::NAN); 2];
+    }
+    let half_chord = square.sqrt();
+    let mut q = b + half_chord.copysign(b);
+    let mut near = (f.dot(f) - radius * radius) / q;
+    if let Some(left) = left {
+        // The start lies on the sphere: one root is 0, the other is twice the way to the middle of the chord. It
+        // is 0 too if the rounding of the start (4 units of its coordinates, 8 in the products and in the
+        // normal that the caller compared with) hides on which side of the tangent the ray leaves.
+        let reach = (rays.origin.abs() + center.abs()) * L::lit(4.0) + f.abs() * L::lit(8.0);
+        let noise = reach.dot(rays.dir.abs()) * L::lit(L::Scalar::UNIT_ROUNDOFF);
+        let chord = b.abs().gt(noise).keep(b + b);
+        near = left.on.select(L::zero(), near);
+        q = left.on.select(chord, q);
+    }
+    // Where q = 0 (a ray that starts on the sphere, tangent to it) `near` may be 0/0; then both are q.
+    [near.min(q), near.max(q)]
+}
+
 impl<S: Scalar> Block<S> for Spheres<S> {
     const ROOTS: usize = 2;
     type Roots = [S::Lane; 2];
@@ -35,34 +68,23 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         4 * size_of::<S>()
     }
 
-    /// Takes the discriminant at the ray's closest point to the centre, so a small or far sphere does not cancel
-    /// (Haines, Günther, Akenine-Möller, Ray Tracing Gems, ch. 7), and the roots as `c/q` and `q/a`. Relative error
-    /// of `t` about 4 roundings, more near the silhouette.
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 2] {
         let center =
             Vec3::new(S::Lane::splat(self.cx[i]), S::Lane::splat(self.cy[i]), S::Lane::splat(self.cz[i]));
-        let radius = S::Lane::splat(self.radius[i]);
-        let f = center - rays.origin;
-        let b = f.dot(rays.dir);
-        // l is the perpendicular from the centre to the ray.
-        let l = f - rays.dir * b;
-        // NaN on a miss, and so are both roots. A sphere of radius 0 is touched at most, by luck of rounding.
-        let half_chord = (radius * radius - l.dot(l)).sqrt();
-        let mut q = b + half_chord.copysign(b);
-        let mut near = (f.dot(f) - radius * radius) / q;
-        if let Some(left) = left {
-            // The start lies on the sphere: one root is 0, the other is twice the way to the middle of the chord. It
-            // is 0 too if the rounding of the start (4 units of its coordinates, 8 in the products and in the
-            // normal that the caller compared with) hides on which side of the tangent the ray leaves.
-            let reach = (rays.origin.abs() + center.abs()) * S::Lane::lit(4.0) + f.abs() * S::Lane::lit(8.0);
-            let noise = reach.dot(rays.dir.abs()) * S::Lane::lit(S::UNIT_ROUNDOFF);
-            let chord = b.abs().gt(noise).keep(b + b);
-            near = left.on.select(S::Lane::zero(), near);
-            q = left.on.select(chord, q);
-        }
-        // Where q = 0 (a ray that starts on the sphere, tangent to it) `near` may be 0/0; then both are q.
-        [near.min(q), near.max(q)]
+        crossings(center, S::Lane::splat(self.radius[i]), rays, left)
+    }
+
+    const ACROSS: u32 = 1;
+
+    #[inline(always)]
+    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 2] {
+        let eight = |column: &[S]| match column.get(first..first + LANES) {
+            Some(rows) => S::Lane::from_fn(|k| rows[k]),
+            None => S::Lane::from_fn(|k| column[(first + k).min(column.len() - 1)]),
+        };
+        let center = Vec3::new(eight(&self.cx), eight(&self.cy), eight(&self.cz));
+        crossings(center, eight(&self.radius), rays, left)
     }
 
     fn resolve(

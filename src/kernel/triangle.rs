@@ -8,12 +8,18 @@ use glam::DVec3;
 /// `n` flat triangles: columns `corner` (3 corners x 3) and `normal` (3, unit, along the cross product of the edges
 /// from the first corner).
 ///
-/// A triangle has a surface but no inside.
+/// Columns are cut into fours that lie together, so that a leaf's triangles come with three or four cache lines and not
+/// with twelve. A triangle has a surface but no inside.
 #[derive(Debug, Clone, Default)]
 pub struct Triangles<S> {
-    corner: [Vec<S>; 9],
-    normal: [Vec<S>; 3],
+    fours: Vec<Four<S>>,
+    len: usize,
 }
+
+/// Four triangles: their corners' coordinates, then their normals'. Unused places have no area and are never hit.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+struct Four<S>([[S; 4]; 12]);
 
 /// `n` triangles with a shading normal per corner (column `shading`, 3 corners x 3, unit).
 #[derive(Debug, Clone, Default)]
@@ -95,31 +101,87 @@ impl<S: Scalar> Triangles<S> {
     ///
     /// A triangle of no area is never hit.
     pub fn push(&mut self, corners: [DVec3; 3]) {
-        for (column, x) in self.corner.iter_mut().zip(corners.iter().flat_map(|c| c.to_array())) {
-            column.push(S::from_f64(x));
+        let corners = corners.map(|c| c.to_array().map(|x| S::from_f64(x)));
+        let normal = unit_normal(corners.map(|c| DVec3::from_array(c.map(|x| x.to_f64()))));
+        let row: [S; 12] =
+            std::array::from_fn(|k| if k < 9 { corners[k / 3][k % 3] } else { S::from_f64(normal[k - 9]) });
+        self.push_row(&row);
+    }
+
+    fn push_row(&mut self, row: &[S; 12]) {
+        if self.len.is_multiple_of(4) {
+            self.fours.push(Four::default());
         }
-        let n = unit_normal(self.corners_of(self.len()));
-        for (column, x) in self.normal.iter_mut().zip(n.to_array()) {
-            column.push(S::from_f64(x));
+        if let Some(Four(columns)) = self.fours.last_mut() {
+            for (column, x) in columns.iter_mut().zip(row) {
+                column[self.len % 4] = *x;
+            }
         }
+        self.len += 1;
+    }
+
+    fn row(&self, i: usize) -> [S; 12] {
+        self.fours[i / 4].0.map(|column| column[i % 4])
     }
 
     fn corners_of(&self, i: usize) -> [DVec3; 3] {
-        let at = |k: usize| self.corner[k][i].to_f64();
-        [0, 3, 6].map(|k| DVec3::new(at(k), at(k + 1), at(k + 2)))
+        let row = self.row(i);
+        [0, 3, 6].map(|k| DVec3::new(row[k].to_f64(), row[k + 1].to_f64(), row[k + 2].to_f64()))
     }
 
+    /// Triangle `i` in every lane.
     #[inline(always)]
-    fn at(&self, i: usize) -> Corners<S::Lane> {
-        let c = |k: usize| S::Lane::splat(self.corner[k][i]);
-        Corners([0, 3, 6].map(|k| Vec3::new(c(k), c(k + 1), c(k + 2))))
+    fn at(&self, i: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
+        let Four(columns) = &self.fours[i / 4];
+        of_columns(|k| S::Lane::splat(columns[k][i % 4]))
     }
 
+    /// Triangle `index[k]` in lane `k`.
     #[inline(always)]
-    fn gathered(&self, index: &[u32; LANES]) -> Corners<S::Lane> {
-        let c = |k: usize| gather(&self.corner[k], index);
-        Corners([0, 3, 6].map(|k| Vec3::new(c(k), c(k + 1), c(k + 2))))
+    fn gathered(&self, index: &[u32; LANES]) -> (Corners<S::Lane>, Vec3<S::Lane>) {
+        of_columns(|k| {
+            S::Lane::from_fn(|lane| self.fours[index[lane] as usize / 4].0[k][index[lane] as usize % 4])
+        })
     }
+
+    /// Triangles `first` (a multiple of four) to `first + 7`, a lane each.
+    #[inline(always)]
+    fn across(&self, first: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
+        let Four(a) = &self.fours[first / 4];
+        let Four(b) = self.fours.get(first / 4 + 1).unwrap_or(&self.fours[first / 4]);
+        of_columns(|k| {
+            S::Lane::from_array([a[k][0], a[k][1], a[k][2], a[k][3], b[k][0], b[k][1], b[k][2], b[k][3]])
+        })
+    }
+}
+
+/// Corners and normal from the twelve columns.
+#[inline(always)]
+fn of_columns<L: Lane>(mut column: impl FnMut(usize) -> L) -> (Corners<L>, Vec3<L>) {
+    let mut three = |k: usize| Vec3::new(column(k), column(k + 1), column(k + 2));
+    (Corners([three(0), three(3), three(6)]), three(9))
+}
+
+/// Distances along rays to a triangle's plane where they pierce it, NaN elsewhere.
+///
+/// Watertight in the manner of Woop, Benthin, Wald (JCGT 2(1), 2013), with the even-odd rule for ties; `t` from the
+/// plane, which keeps it good on large triangles.
+#[inline(always)]
+fn crossing<L: Lane>(
+    (corners, normal): (Corners<L>, Vec3<L>),
+    rays: &Rays<L>,
+    left: Option<&Left<L>>,
+) -> [L; 1] {
+    let (inside, _) = corners.pierced(rays);
+    if left.is_none() && !inside.any() {
+        return [L::lit(f64::NAN)];
+    }
+    let mut t = normal.dot(corners.0[0] - rays.origin) / normal.dot(rays.dir);
+    t = inside.select(t, L::lit(f64::NAN));
+    if let Some(left) = left {
+        t = left.on.select(L::zero(), t);
+    }
+    [finite(t)]
 }
 
 /// The unit normal of a triangle, zero if it has no area.
@@ -154,27 +216,23 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {
-        self.normal[0].len()
+        self.len
     }
 
     fn row_bytes(&self) -> usize {
         12 * size_of::<S>()
     }
 
-    /// Watertight in the manner of Woop, Benthin, Wald (JCGT 2(1), 2013), with the even-odd rule for ties; `t` from
-    /// the plane, which keeps it good on large triangles.
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
-        let corners = self.at(i);
-        let (inside, _) = corners.pierced(rays);
-        let n = |k: usize| S::Lane::splat(self.normal[k][i]);
-        let normal = Vec3::new(n(0), n(1), n(2));
-        let mut t = normal.dot(corners.0[0] - rays.origin) / normal.dot(rays.dir);
-        t = inside.select(t, S::Lane::lit(f64::NAN));
-        if let Some(left) = left {
-            t = left.on.select(S::Lane::zero(), t);
-        }
-        [finite(t)]
+        crossing(self.at(i), rays, left)
+    }
+
+    const ACROSS: u32 = 4;
+
+    #[inline(always)]
+    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        crossing(self.across(first), rays, left)
     }
 
     #[inline(always)]
@@ -189,9 +247,7 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        let corners = self.gathered(index);
-        let n = |k: usize| gather(&self.normal[k], index);
-        let normal = Vec3::new(n(0), n(1), n(2));
+        let (corners, normal) = self.gathered(index);
         let (u, v) = corners.barycentric(rays);
         let p = rays.origin + rays.dir * t;
         let point = p - normal * normal.dot(p - corners.0[0]);
@@ -204,9 +260,11 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     }
 
     fn permute(&mut self, order: &[u32]) {
-        for column in self.corner.iter_mut().chain(&mut self.normal) {
-            *column = permuted(column, order);
+        let mut sorted = Self { fours: Vec::with_capacity(order.len().div_ceil(4)), len: 0 };
+        for &i in order {
+            sorted.push_row(&self.row(i as usize));
         }
+        *self = sorted;
     }
 }
 
@@ -235,6 +293,13 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
         self.flat.roots(i, rays, left)
+    }
+
+    const ACROSS: u32 = 4;
+
+    #[inline(always)]
+    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
+        self.flat.roots_across(first, rays, left)
     }
 
     #[inline(always)]

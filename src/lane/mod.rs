@@ -29,6 +29,13 @@ pub fn each_lane<T: Copy + Default>(mut f: impl FnMut(usize) -> T) -> [T; LANES]
     lanes
 }
 
+/// Numbers of `yes` where the bit is set, of `no` elsewhere.
+#[inline(always)]
+pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
+    let mask = &MASKS_32[usize::from(bits)];
+    each_lane(|k| (yes[k] & mask[k]) | (no[k] & !mask[k]))
+}
+
 /// The number in one lane: `f32` or `f64`.
 pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
     /// The lanes that hold it.
@@ -39,6 +46,8 @@ pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync 
     fn from_f64(x: f64) -> Self;
     /// Exact.
     fn to_f64(self) -> f64;
+    /// For numbers that are not negative: a key in the same order, whose lowest eight bits are free.
+    fn order_key(self) -> u64;
 }
 
 impl Scalar for f32 {
@@ -50,6 +59,10 @@ impl Scalar for f32 {
     fn to_f64(self) -> f64 {
         self.into()
     }
+    #[inline(always)]
+    fn order_key(self) -> u64 {
+        u64::from(self.to_bits()) << 8
+    }
 }
 
 impl Scalar for f64 {
@@ -60,6 +73,10 @@ impl Scalar for f64 {
     }
     fn to_f64(self) -> f64 {
         self
+    }
+    #[inline(always)]
+    fn order_key(self) -> u64 {
+        self.to_bits() & !0xff
     }
 }
 
@@ -116,6 +133,9 @@ pub trait Lane:
         Self::from_array(each_lane(f))
     }
 
+    /// `self * b + c`, rounded once where the machine can and twice where it cannot: only for tests that are padded for
+    /// either, never for what is seen.
+    fn fused(self, b: Self, c: Self) -> Self;
     /// Square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;
     /// Magnitude.
@@ -250,6 +270,10 @@ macro_rules! impl_lane {
             #[inline(always)]
             fn to_f64s(self) -> f64x8 {
                 ($to_f64s)(self)
+            }
+            #[inline(always)]
+            fn fused(self, b: Self, c: Self) -> Self {
+                <$lane>::mul_add(self, b, c)
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

@@ -98,8 +98,15 @@ impl<B: Scalar> Tracer<B> {
         let Self { stack, packets, scratch, stretches, traversal } = self;
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
-        let mut leaves =
-            Leaves::<S, B, ANY> { scene, queries, filter, scratch, stretches, tinted: [0; GROUP] };
+        let mut leaves = Leaves::<S, B, ANY> {
+            scene,
+            queries,
+            filter,
+            scratch,
+            stretches,
+            tinted: [0; GROUP],
+            one: One::default(),
+        };
         for run in &scene.unbounded {
             if run.class & filter != 0 {
                 for k in 0..leaves.queries.len() {
@@ -110,13 +117,7 @@ impl<B: Scalar> Tracer<B> {
         packets.clear();
         for query in leaves.queries.iter() {
             let lanes = if ANY { query.lanes & !query.hits() } else { query.lanes };
-            packets.push(Packet::new(
-                &scene.bvh,
-                widen(query.rays.origin),
-                widen(query.rays.dir),
-                query.t.to_f64s(),
-                lanes,
-            ));
+            packets.push(Packet::new(&scene.bvh, query.rays.origin, query.rays.dir, query.t, lanes));
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         leaves.tinted
@@ -136,17 +137,94 @@ struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
     stretches: &'a mut [Option<Stretch>],
     /// By packet, the shadow rays that something see-through is in the way of.
     tinted: [u8; GROUP],
+    one: One<S>,
+}
+
+/// The ray that walks alone, in every lane, and what it has hit so far.
+struct One<S: Scalar> {
+    packet: usize,
+    lane: usize,
+    rays: Rays<S::Lane>,
+    t_min: S::Lane,
+    left: SurfaceId,
+    part: u8,
+    t: S,
+    surface: SurfaceId,
+}
+
+impl<S: Scalar> Default for One<S> {
+    fn default() -> Self {
+        let rays = Rays { origin: Vec3::default(), dir: Vec3::default() };
+        let (t, t_min) = (S::default(), S::Lane::default());
+        Self { packet: 0, lane: 0, rays, t_min, left: NO_SURFACE, part: 0, t, surface: NO_SURFACE }
+    }
 }
 
 impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
     #[inline]
-    fn visit(&mut self, run: &Run, packet: usize, lanes: u8, state: &mut Packet<B>) {
-        let changed = self.run(run, packet, lanes & state.live());
-        if changed == 0 {
-            return;
+    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
+        let (mut changed, mut which) = (0, which);
+        while which != 0 {
+            let k = which.trailing_zeros() as usize;
+            which &= which - 1;
+            let state = &mut packets[k];
+            let lanes = self.run(run, k, state.live());
+            if lanes != 0 {
+                let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(self.queries[k].t) };
+                state.far = Mask::from_bits(lanes).select(far, state.far);
+                changed |= 1 << k;
+            }
         }
-        let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(self.queries[packet].t.to_f64s()) };
-        state.far = Mask::from_bits(changed).select(far, state.far);
+        changed
+    }
+
+    #[inline]
+    fn begin_single(&mut self, packet: usize, lane: usize) {
+        let query = &self.queries[packet];
+        let one = |x: S::Lane| S::Lane::splat(x.lanes()[lane]);
+        let all = |v: Vec3<S::Lane>| Vec3::new(one(v.x), one(v.y), one(v.z));
+        self.one = One {
+            packet,
+            lane,
+            rays: Rays { origin: all(query.rays.origin), dir: all(query.rays.dir) },
+            t_min: one(query.t_min),
+            left: query.left[lane],
+            part: query.part[lane],
+            t: query.t.lanes()[lane],
+            surface: query.surface[lane],
+        };
+    }
+
+    #[inline]
+    fn single(&mut self, run: &Run, state: &Packet<B>, far: B) -> B {
+        let before = self.one.t;
+        let found = if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
+            None
+        } else {
+            let base = self.scene.base[usize::from(run.kind)];
+            let test = TestAcross { run, base, one: &mut self.one, rank: &self.scene.rank };
+            self.scene.columns.with(run.kind, test)
+        };
+        let found = found.unwrap_or_else(|| {
+            // No test of one ray against eight rows: the packet's test, with one lane.
+            self.end();
+            let found = self.run(run, self.one.packet, 1 << self.one.lane) != 0;
+            let query = &self.queries[self.one.packet];
+            self.one.t = query.t.lanes()[self.one.lane];
+            self.one.surface = query.surface[self.one.lane];
+            found
+        });
+        match (found, ANY) {
+            (false, _) => far,
+            (true, true) => B::from_f64(-1.0),
+            (true, false) if self.one.t == before => far,
+            (true, false) => state.far_of_lane(self.one.t.to_f64(), self.one.lane),
+        }
+    }
+
+    #[inline]
+    fn end_single(&mut self) {
+        self.end();
     }
 
     #[inline(always)]
@@ -156,6 +234,13 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
 }
 
 impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
+    /// Writes down what the single ray has hit.
+    fn end(&mut self) {
+        let query = &mut self.queries[self.one.packet];
+        query.t.lanes_mut()[self.one.lane] = self.one.t;
+        query.surface[self.one.lane] = self.one.surface;
+    }
+
     /// Tests a run against one packet and returns the lanes whose hit changed.
     #[inline]
     fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
@@ -199,6 +284,64 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
     }
 }
 
+/// The test of a run of one kind by one ray, eight rows at a time: whether anything nearer was found; `None` for kinds
+/// that cannot.
+struct TestAcross<'a, S: Scalar> {
+    run: &'a Run,
+    base: SurfaceId,
+    one: &'a mut One<S>,
+    rank: &'a [u32],
+}
+
+impl<S: Scalar> WithBlock<S> for TestAcross<'_, S> {
+    type Output = Option<bool>;
+
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) -> Option<bool> {
+        let Self { run, base, one, rank } = self;
+        if K::ACROSS == 0 {
+            return None;
+        }
+        let mut found = false;
+        let (end, mut first) = (run.first + run.len, run.first - run.first % K::ACROSS);
+        while first < end {
+            // Rows of this run among the eight.
+            let mut rows = !0u8 << run.first.saturating_sub(first);
+            if end - first < LANES as u32 {
+                rows &= (1 << (end - first)) - 1;
+            }
+            let surface = base + first;
+            let lane = one.left.wrapping_sub(surface);
+            let roots = if lane < LANES as u32 {
+                let left = Left { on: Mask::from_bits(1 << lane), part: [one.part; LANES] };
+                block.roots_across(first as usize, &one.rays, Some(&left))
+            } else {
+                block.roots_across(first as usize, &one.rays, None)
+            };
+            let mut t = S::Lane::lit(f64::INFINITY);
+            for &root in roots.as_ref().iter().rev() {
+                t = root.gt(one.t_min).select(root, t);
+            }
+            let mut near = t.le(S::Lane::splat(one.t)).bits() & rows;
+            while near != 0 {
+                let lane = near.trailing_zeros() as usize & (LANES - 1);
+                near &= near - 1;
+                let (t, surface) = (t.lanes()[lane], surface + lane as u32);
+                // Two surfaces at one place: the one declared first is seen. (A miss is not nearer than an infinite
+                // limit, nor a hit at the limit itself.)
+                let first = one.surface != NO_SURFACE && rank[surface as usize] < rank[one.surface as usize];
+                if t < one.t || (t == one.t && first) {
+                    one.t = t;
+                    one.surface = surface;
+                    found = true;
+                }
+            }
+            first += LANES as u32;
+        }
+        Some(found)
+    }
+}
+
 /// The test of a run of one kind.
 struct TestRun<'a, L> {
     run: &'a Run,
@@ -216,7 +359,8 @@ impl<S: Scalar> WithBlock<S> for TestRun<'_, S::Lane> {
     fn block<K: Block<S>>(self, block: &K) -> u8 {
         let Self { run, base, query, lanes, rank, any } = self;
         let first = base + run.first;
-        let starts_here = query.left.iter().any(|left| left.wrapping_sub(first) < run.len);
+        let starts_here =
+            query.left.iter().fold(false, |any, left| any | (left.wrapping_sub(first) < run.len));
         let mut changed = 0;
         for row in run.first..run.first + run.len {
             let surface = base + row;
@@ -263,11 +407,7 @@ fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes:
     }
     if nearer != 0 {
         query.t = Mask::from_bits(nearer).select(t, query.t);
-        for (k, hit) in query.surface.iter_mut().enumerate() {
-            if nearer >> k & 1 == 1 {
-                *hit = surface;
-            }
-        }
+        query.surface = crate::lane::choose(nearer, &[surface; LANES], &query.surface);
     }
     nearer
 }
