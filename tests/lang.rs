@@ -112,6 +112,17 @@ fn interiors_add_up_unless_named() {
     assert_eq!(interior("object { Glass interior { Water } }"), (1.2, 0.0));
 }
 
+/// Wood has colours of its own, which are not modelled; a map given later makes up for that.
+#[test]
+fn a_map_given_later_is_enough() {
+    let errors = |map: &str| {
+        let text =
+            format!("#declare P = pigment {{ wood turbulence 0.1 }} sphere {{ 0, 1 pigment {{ P {map} }} }}");
+        from_text("test.scn", &text, &Options::default()).diagnostics.len()
+    };
+    assert_eq!((errors(""), errors("color_map { [0 rgb 0] [1 rgb 1] }")), (1, 0));
+}
+
 /// Without POV-Ray's includes there are octray's own, which evaluate, and whose names mean what POV-Ray's mean.
 #[test]
 fn embedded_includes_stand_in_for_pov_ray_s() {

@@ -64,6 +64,11 @@ impl Machine<'_> {
         Lacks(smallvec::smallvec![index])
     }
 
+    /// Takes a feature out of `lacks`: it has turned out not to be needed.
+    pub fn forget(&self, lacks: &mut Lacks, feature: &str) {
+        lacks.0.retain(|index| self.missing.met[*index as usize].0 != feature);
+    }
+
     /// The scene has everything in `lacks`.
     pub fn miss(&mut self, lacks: &Lacks) {
         for &index in &lacks.0 {

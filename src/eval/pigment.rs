@@ -9,6 +9,9 @@ use crate::scene::{BlockPattern, Color, ColorMap, Pattern, Pigment, PigmentKind,
 use glam::DVec3;
 use std::sync::Arc;
 
+/// Some patterns come with colours of their own, which are not modelled; a map that is given later replaces them.
+const UNMAPPED: &str = "pattern without a color_map of its own";
+
 /// What a pigment's words have said so far.
 struct Draft {
     kind: Kind,
@@ -20,6 +23,8 @@ struct Draft {
     octaves: Octaves,
     /// The pattern whose own default map is wanted because none is given, and where it stands.
     unmapped: Option<Lexeme>,
+    /// A map was given.
+    mapped: bool,
     /// Something was said that makes it a pattern anew.
     changed: bool,
 }
@@ -50,7 +55,10 @@ impl Machine<'_> {
             if draft.map.is_none()
                 && let Some(at) = draft.unmapped
             {
-                base.lacks.add(&m.lack("pattern without a color_map of its own", at));
+                base.lacks.add(&m.lack(UNMAPPED, at));
+            }
+            if draft.mapped {
+                m.forget(&mut base.lacks, UNMAPPED);
             }
             if draft.changed {
                 base.value.kind = draft.finish();
@@ -177,6 +185,7 @@ impl Machine<'_> {
                 let map = self.color_map()?;
                 base.lacks.add(&map.lacks);
                 draft.map = Some(map.value);
+                draft.mapped = true;
                 draft.changed = true;
             }
             K::QuickColor | K::QuickColour => {
@@ -522,6 +531,7 @@ impl Draft {
             turbulence: DVec3::ZERO,
             octaves: Octaves::default(),
             unmapped: None,
+            mapped: false,
             changed: false,
         };
         match kind {
