@@ -21,7 +21,8 @@ impl Enclosing {
             return Self::default();
         }
         let interior = |surface: u32| scene.owners[scene.owner[surface as usize] as usize].interior;
-        for &kind in Kind::ALL {
+        // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
+        for &kind in Kind::ALL.iter().filter(|kind| **kind != Kind::Disc) {
             for row in 0..scene.columns.len(kind) as u32 {
                 let surface = scene.base[kind as usize] + row;
                 solids.push((scene.rank[surface as usize], kind as u8, row, interior(surface)));
