@@ -99,6 +99,13 @@ impl Machine<'_> {
         self.run_code(id, |run, root| run.float(root))
     }
 
+    /// The value of the 3-vector that begins at the next token, if it has been compiled.
+    #[inline]
+    pub fn compiled_vector(&mut self) -> Option<DVec3> {
+        let id = self.code_here(Level::Sum)?;
+        self.run_code(id, |run, root| run.vector(root))
+    }
+
     /// The value of the expression that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled(&mut self, level: Level) -> Option<Num> {
@@ -108,11 +115,8 @@ impl Machine<'_> {
 
     /// The code of the expression at the next token. Compiles what comes by for the second time.
     fn code_here(&mut self, level: Level) -> Option<(usize, usize)> {
-        let program = self.frames.last()?.program as usize;
-        if self.compiled.len() <= program {
-            self.compiled.resize_with(program + 1, Compiled::default);
-        }
-        let compiled = &mut self.compiled[program];
+        let program = self.program as usize;
+        let compiled = self.compiled.get_mut(program)?;
         let table = &mut compiled.at[level as usize];
         if table.is_empty() {
             table.resize(self.text.tokens.len(), 0);
@@ -286,7 +290,14 @@ impl<'a> Run<'a> {
 
     /// A node's value as a 3-vector; the reader tells if it is not finite.
     fn vector(&mut self, id: Id) -> Option<DVec3> {
-        Some(self.num(id)?.xyz()).filter(|v| v.is_finite())
+        let v = match &self.nodes[id as usize] {
+            Node::Vector(parts) if parts.len() == 3 => {
+                let (x, y) = (self.float(parts[0])?, self.float(parts[1])?);
+                DVec3::new(x, y, self.float(parts[2])?)
+            }
+            _ => self.num(id)?.xyz(),
+        };
+        v.is_finite().then_some(v)
     }
 
     fn both(&mut self, a: Id, b: Id) -> Option<Both> {

@@ -32,9 +32,17 @@ impl Machine<'_> {
     /// Looks at the next token. Directives before it are carried out.
     #[inline]
     pub fn peek(&mut self) -> Res<Token> {
-        if !self.ready {
-            self.settle()?;
+        let token = self.peek_raw();
+        if self.ready {
+            return Ok(token);
         }
+        // Most tokens are of a phrase, as they stand. Whatever loops or recurses comes by `settle`, where steps are bounded.
+        if !matches!(token, Token::Directive(..) | Token::Name(_) | Token::Junk(_) | Token::End) {
+            self.steps += 1;
+            self.ready = true;
+            return Ok(token);
+        }
+        self.settle()?;
         Ok(self.peek_raw())
     }
 
@@ -48,11 +56,11 @@ impl Machine<'_> {
     /// The token at hand as it stands, with its place.
     #[inline]
     pub fn here(&self) -> Lexeme {
-        let program = self.frames.last().map_or(0, |frame| frame.program);
-        Lexeme { token: self.peek_raw(), program, index: self.at }
+        Lexeme { token: self.peek_raw(), program: self.program, index: self.at }
     }
 
     /// Goes on to a token that is one of a phrase: directives and macro calls on the way are carried out.
+    #[inline(never)]
     fn settle(&mut self) -> Res<()> {
         while !self.ready {
             self.steps += 1;
@@ -157,6 +165,7 @@ impl Machine<'_> {
             self.scopes.pop();
         }
         if let Some(frame) = self.frames.last() {
+            self.program = frame.program;
             self.text = self.programs[frame.program as usize].clone();
             self.jump(frame.next);
         }
@@ -173,7 +182,11 @@ impl Machine<'_> {
             self.scopes.push();
         }
         self.frames.push(Frame { program, next, loops: self.loops.len(), kind, from });
+        self.program = program;
         self.text = self.programs[program as usize].clone();
+        if self.compiled.len() < self.programs.len() {
+            self.compiled.resize_with(self.programs.len(), Default::default);
+        }
         self.jump(next);
         Ok(())
     }

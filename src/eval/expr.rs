@@ -30,7 +30,7 @@ impl Machine<'_> {
 
     /// A 3-vector; a float stands for all three components.
     pub fn vector(&mut self) -> Res<DVec3> {
-        if let Some(value) = self.literal_vector() {
+        if let Some(value) = self.literal_vector().or_else(|| self.compiled_vector()) {
             return Ok(value);
         }
         let start = self.peek_lexeme()?;

@@ -83,7 +83,7 @@ impl Machine<'_> {
             return Ok(stand_in.clone());
         }
         match &value.object {
-            Some(object) => Ok(Arc::new(object.clone())),
+            Some(object) => Ok(object.clone()),
             None => Ok(Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO)))),
         }
     }

@@ -5,6 +5,7 @@ use super::value::{Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Token};
 use crate::scene::{Fade, Light, LightKind, Object, Rgb, Transform};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A light's words before its kind is known.
 struct Draft {
@@ -16,7 +17,7 @@ struct Draft {
     tightness: f64,
     fade_distance: f64,
     fade_power: f64,
-    looks_like: Option<Object>,
+    looks_like: Option<Arc<Object>>,
     lacks: Lacks,
 }
 
@@ -163,10 +164,11 @@ impl Machine<'_> {
                 while self.modifier(&mut value)? {}
                 self.close("looks_like", open)?;
                 draft.lacks.add(&value.lacks);
-                draft.looks_like = value.object.map(|object| {
-                    let mut object = object.transformed(&Transform::translate(draft.light.location));
+                draft.looks_like = value.object.map(|mut shared| {
+                    let object = Arc::make_mut(&mut shared);
+                    object.move_by(&Transform::translate(draft.light.location));
                     object.flags.no_shadow = true;
-                    object
+                    shared
                 });
             }
             K::ProjectedThrough => {
@@ -188,7 +190,9 @@ impl Draft {
     fn transform(&mut self, transform: &Transform) {
         self.light.location = transform.point(self.light.location);
         self.light.point_at = transform.point(self.light.point_at);
-        self.looks_like = self.looks_like.take().map(|object| object.transformed(transform));
+        if let Some(object) = &mut self.looks_like {
+            Arc::make_mut(object).move_by(transform);
+        }
     }
 
     fn finish(mut self) -> ObjectValue {

@@ -81,6 +81,7 @@ pub(super) struct Machine<'a> {
     pub compiled: Vec<super::compiled::Compiled>,
     /// The innermost text, which is the last frame's, and the token in it that is next.
     pub text: Arc<Program>,
+    pub program: u32,
     pub at: u32,
     /// The token at `at` has been looked at: it is no directive, no call, no end of a macro.
     pub ready: bool,
@@ -129,6 +130,7 @@ impl<'a> Machine<'a> {
             scopes: Scopes::default(),
             compiled: Vec::new(),
             text: Arc::default(),
+            program: 0,
             at: 0,
             ready: false,
             last: start,

@@ -96,7 +96,7 @@ impl Machine<'_> {
     /// A texture by block or by bare name.
     fn mesh_texture(&mut self, draft: &mut Draft) -> Res<u32> {
         let named = self.take_named(|value| match value {
-            Value::Texture(texture) => Some(super::value::With::clone(texture)),
+            Value::Texture(texture) => Some(texture.copy()),
             _ => None,
         })?;
         let texture = match named {
@@ -280,7 +280,7 @@ impl Machine<'_> {
             self.warn("empty mesh", "a mesh of no triangles cannot be seen", span);
             None
         } else {
-            Some(Object::new(Shape::Mesh(Arc::new(draft.mesh))))
+            Some(Arc::new(Object::new(Shape::Mesh(Arc::new(draft.mesh)))))
         };
         ObjectValue { object, stand_in: None, lights: Vec::new(), lacks: draft.lacks }
     }

@@ -94,8 +94,8 @@ impl Machine<'_> {
         while let Some(child) = self.object()? {
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
             any_stand_in |= child.stand_in.is_some();
-            stand_ins.extend(child.stand_in.or_else(|| child.object.clone().map(Arc::new)));
-            children.extend(child.object.map(Arc::new));
+            stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
+            children.extend(child.object);
             lights.extend(child.lights);
             lacks.add(&child.lacks);
         }
@@ -110,8 +110,8 @@ impl Machine<'_> {
         if children.is_empty() && lights.is_empty() && !cutters_missing {
             self.warn("empty csg", format!("a `{}` of nothing", self.sources.text(span).to_owned()), span);
         }
-        let object =
-            (!children.is_empty()).then(|| Object::new(Shape::Csg { op, children, cutaway_textures: false }));
+        let object = (!children.is_empty())
+            .then(|| Arc::new(Object::new(Shape::Csg { op, children, cutaway_textures: false })));
         let stand_in = any_stand_in.then(|| {
             let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
             Arc::new(Object::new(shape))
@@ -126,18 +126,35 @@ impl Machine<'_> {
         if let Some(transform) = self.transform_item(word)? {
             value.transform(&transform);
             if word == K::Scale {
-                value.object.iter_mut().for_each(rescale_normals);
+                value
+                    .object
+                    .iter_mut()
+                    .filter(|o| has_smooth_triangles(o))
+                    .for_each(|o| rescale_normals(Arc::make_mut(o)));
             }
             return Ok(true);
         }
         let at = self.peek_lexeme()?;
         // What is said of a shape that is not there is read all the same.
-        let mut nothing = Object::new(Shape::Sphere { center: glam::DVec3::ZERO, radius: 1.0 });
+        let mut nothing;
         let lacks = &mut value.lacks;
-        let object = value.object.as_mut().unwrap_or(&mut nothing);
+        let object = match &mut value.object {
+            Some(object) => Arc::make_mut(object),
+            None => {
+                nothing = Object::new(Shape::Sphere { center: glam::DVec3::ZERO, radius: 1.0 });
+                &mut nothing
+            }
+        };
         match word {
             K::Texture => {
                 self.next()?;
+                if object.texture.is_none()
+                    && let Some(named) = self.only_named_texture()?
+                {
+                    lacks.add(&named.lacks);
+                    object.texture = Some(named.value.clone());
+                    return Ok(true);
+                }
                 let texture = self.texture()?;
                 self.add_layer(&mut object.texture, lacks, texture);
             }
@@ -273,7 +290,7 @@ impl Machine<'_> {
             },
         };
         lacks.add(&helper.lacks);
-        Ok(Some(helper.object.map(Arc::new)))
+        Ok(Some(helper.object))
     }
 
     /// Another texture over those that the object has.
@@ -289,8 +306,9 @@ impl Machine<'_> {
         self.miss(&value.lacks);
         self.scene.lights.extend(value.lights);
         if let Some(mut object) = value.object {
-            self.give_default(&mut object);
-            self.scene.objects.push(Arc::new(object));
+            // Each is an object of its own, even if it is one and the same declared object.
+            self.give_default(Arc::make_mut(&mut object));
+            self.scene.objects.push(object);
         }
     }
 
@@ -333,7 +351,7 @@ fn rescale_normals(object: &mut Object) {
         let place = object.transform.then(outer);
         match &mut object.shape {
             Shape::Triangle { normals: Some(normals), .. } => {
-                for n in normals {
+                for n in normals.iter_mut() {
                     let length = place.normal(*n).length();
                     if length > 0.0 && length.is_finite() {
                         *n /= length;
@@ -346,9 +364,7 @@ fn rescale_normals(object: &mut Object) {
             _ => {}
         }
     }
-    if has_smooth_triangles(object) {
-        within(object, &Transform::IDENTITY);
-    }
+    within(object, &Transform::IDENTITY);
 }
 
 /// Composites share their children: what need not change is not copied.
@@ -368,16 +384,16 @@ impl ObjectValue {
         if let Some(object) = &mut copy.object
             && has_interior(object)
         {
-            renew_interiors(object);
+            renew_interiors(Arc::make_mut(object));
         }
         copy
     }
 
     /// Moves the object and its lights.
     pub fn transform(&mut self, transform: &Transform) {
-        self.object = self.object.take().map(|object| object.transformed(transform));
-        self.stand_in =
-            self.stand_in.take().map(|object| Arc::new(Object::clone(&object).transformed(transform)));
+        for object in [&mut self.object, &mut self.stand_in].into_iter().flatten() {
+            Arc::make_mut(object).move_by(transform);
+        }
         for light in &mut self.lights {
             light.location = transform.point(light.location);
             light.point_at = transform.point(light.point_at);
@@ -405,7 +421,7 @@ fn renew_interiors(object: &mut Object) {
 
 impl From<Object> for ObjectValue {
     fn from(object: Object) -> Self {
-        Self { object: Some(object), stand_in: None, lights: Vec::new(), lacks: Lacks::default() }
+        Self { object: Some(Arc::new(object)), stand_in: None, lights: Vec::new(), lacks: Lacks::default() }
     }
 }
 

@@ -160,7 +160,7 @@ impl Machine<'_> {
         let mut value = super::geometry::stand_in(part.extent()).into();
         while self.modifier(&mut value)? {}
         self.close(word.text(), open)?;
-        if let Some((min, max)) = value.object.as_ref().map(super::geometry::extent) {
+        if let Some((min, max)) = value.object.as_deref().map(super::geometry::extent) {
             around.add(min, 0.0);
             around.add(max, 0.0);
         }

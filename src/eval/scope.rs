@@ -122,6 +122,12 @@ impl Scopes {
 
     /// `#declare`: rewrites the innermost binding, or makes one in the outermost scope.
     pub fn declare(&mut self, symbol: Symbol, value: Value) {
+        if let Some(Binding { slot: Slot::Value(old), .. }) =
+            self.bindings.get_mut(symbol.0 as usize).and_then(|stack| stack.last_mut())
+        {
+            *old = value;
+            return;
+        }
         match self.place(symbol) {
             Some(place) => {
                 self.set_at(&place, value);

@@ -190,7 +190,7 @@ impl Machine<'_> {
             self.warn("degenerate", "degenerate triangle: its corners are on one line", span);
             return None;
         }
-        Some(Shape::Triangle { vertices, normals })
+        Some(Shape::Triangle { vertices, normals: normals.map(Box::new) })
     }
 
     /// `polygon { count, p, p, ... }`: an outline ends where its first point comes again.

@@ -254,7 +254,8 @@ impl Machine<'_> {
                     super::texture::layer_over(&mut layers, above);
                     texture = layers.unwrap_or_default();
                 }
-                Value::Texture(Arc::new(texture))
+                let shared = With { value: Arc::new(texture.value), lacks: texture.lacks };
+                Value::Texture(Arc::new(shared))
             }
             K::Finish => {
                 self.next()?;

@@ -4,7 +4,7 @@ use super::machine::{Machine, Res};
 use super::pigment::{fold, is_pattern};
 use super::value::{Material, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Finish, Interior, Layer, Texture, Transform};
+use crate::scene::{Finish, Interior, Layer, Texture};
 use std::sync::Arc;
 
 impl Machine<'_> {
@@ -13,7 +13,7 @@ impl Machine<'_> {
         self.deeper(|m| {
             let open = m.open("texture")?;
             let named = m.take_named(|value| match value {
-                Value::Texture(texture) => Some(With::clone(texture)),
+                Value::Texture(texture) => Some(texture.copy()),
                 _ => None,
             })?;
             let mut texture = named.unwrap_or_else(|| m.default_texture.clone());
@@ -21,6 +21,22 @@ impl Machine<'_> {
             m.close("texture", open)?;
             Ok(texture)
         })
+    }
+
+    /// The declared texture, if what follows `texture` is just `{ Name }`: nothing need be copied.
+    pub fn only_named_texture(&mut self) -> Res<Option<Arc<With<Arc<Texture>>>>> {
+        let at = self.at as usize;
+        let Some([Token::Mark(Mark::OpenBrace), Token::Name(symbol), Token::Mark(Mark::CloseBrace)]) =
+            self.text.tokens.get(at..at + 3)
+        else {
+            return Ok(None);
+        };
+        let Some(Value::Texture(texture)) = self.scopes.get(*symbol) else { return Ok(None) };
+        let texture = texture.clone();
+        for _ in 0..3 {
+            self.next()?;
+        }
+        Ok(Some(texture))
     }
 
     fn texture_item(&mut self, texture: &mut With<Texture>) -> Res<bool> {
@@ -257,7 +273,7 @@ pub(super) fn top(texture: &mut Texture) -> &mut Layer {
 
 /// Moves the texture's transform into its pigments, so that what comes next is not moved by it.
 pub(super) fn settle(texture: &mut Texture) {
-    if *texture.transform != Transform::IDENTITY {
+    if !texture.transform.is_identity() {
         for layer in &mut texture.layers {
             fold(&mut layer.pigment, &texture.transform);
         }

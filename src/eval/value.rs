@@ -18,7 +18,7 @@ pub(super) enum Value {
     Random(Arc<std::sync::atomic::AtomicU32>),
     Transform(Placement),
     Pigment(Arc<With<Pigment>>),
-    Texture(Arc<With<Texture>>),
+    Texture(Arc<With<Arc<Texture>>>),
     Finish(Arc<With<Finish>>),
     Normal,
     Interior(With<Arc<Interior>>),
@@ -77,7 +77,7 @@ pub(super) struct Material {
 #[derive(Debug, Clone)]
 pub(super) struct ObjectValue {
     /// `None` for a bare light, and for a shape that is not modelled.
-    pub object: Option<Object>,
+    pub object: Option<Arc<Object>>,
     /// What a script may ask instead of `object`, if that or a part of it is not modelled.
     pub stand_in: Option<Arc<Object>>,
     pub lights: Vec<Light>,
@@ -95,6 +95,13 @@ impl Lacks {
             self.0.sort_unstable();
             self.0.dedup();
         }
+    }
+}
+
+impl<T: Clone> With<Arc<T>> {
+    /// A copy to be changed.
+    pub fn copy(&self) -> With<T> {
+        With { value: T::clone(&self.value), lacks: self.lacks.clone() }
     }
 }
 

@@ -4,10 +4,10 @@
 //! `#end`. Knows the words of the language and where directives nest; does not know values, geometry or files.
 //! The grammar itself is `grammar/scene.pest`, which can be read as the language's manual.
 
-mod data;
 mod diagnostic;
 mod keyword;
 mod nest;
+mod plain;
 mod program;
 mod read;
 mod source;

@@ -94,7 +94,7 @@ pub enum Shape {
         /// Corners.
         vertices: [DVec3; 3],
         /// Normals at the corners, blended as they are: a longer one weighs more.
-        normals: Option<[DVec3; 3]>,
+        normals: Option<Box<[DVec3; 3]>>,
     },
     /// One or more closed outlines in one plane; a point is in it if it is within an odd number of them.
     Polygon {
@@ -162,6 +162,12 @@ impl Object {
 
     /// The object moved by `next`, with everything that has been said of it so far.
     pub fn transformed(mut self, next: &Transform) -> Self {
+        self.move_by(next);
+        self
+    }
+
+    /// As [`Object::transformed`], in place.
+    pub fn move_by(&mut self, next: &Transform) {
         self.transform.move_by(next);
         for texture in [&mut self.texture, &mut self.interior_texture].into_iter().flatten() {
             if !texture.is_uniform() {
@@ -169,8 +175,7 @@ impl Object {
             }
         }
         for helper in self.clipped_by.iter_mut().chain(&mut self.bounded_by) {
-            *helper = Arc::new(Object::clone(helper).transformed(next));
+            Arc::make_mut(helper).move_by(next);
         }
-        self
     }
 }

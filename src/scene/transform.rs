@@ -23,6 +23,11 @@ impl Placement {
     /// Moves nothing.
     pub const IDENTITY: Self = Self(None);
 
+    /// True if it moves nothing.
+    pub fn is_identity(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// Moves what has been placed by `next`.
     pub fn move_by(&mut self, next: &Transform) {
         *self = match &self.0 {

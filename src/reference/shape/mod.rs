@@ -106,7 +106,7 @@ pub fn cross(shape: &Shape, line: &Line) -> Roots {
         }
         Shape::Disc { center, normal, radius, hole } => planar::disc(*center, *normal, *radius, *hole, line),
         Shape::Torus { major, minor } => torus::cross(*major, *minor, line),
-        Shape::Triangle { vertices, normals } => triangle::cross(vertices, normals.as_ref(), line),
+        Shape::Triangle { vertices, normals } => triangle::cross(vertices, normals.as_deref(), line),
         Shape::Polygon { outlines } => polygon::cross(outlines, line),
         Shape::Mesh(mesh) => mesh::cross(mesh, line),
         Shape::Csg { .. } => Roots::default(),

@@ -1,13 +1,13 @@
-//! Data in bulk: numbers, vectors of numbers and what stands between them.
+//! The plain items of a text, in bulk: words, numbers, vectors of numbers, marks, and the blanks between them.
 //!
-//! In comes a text and a place in it; out go the tokens of the grammar's rule `data`, read from there as far as it
-//! goes. pest takes some 50 ns a character for these, and a mesh has tens of millions of them. `read.rs`
-//! tests that this and the grammar agree.
+//! In comes a text and a place in it; out go the tokens of the grammar's `plain` items, read from there as far as
+//! they go. pest takes some 50 ns a character for these, and they are nearly all of a text. `read.rs` tests that
+//! this and the grammar agree.
 
-use super::{Mark, Program, Token};
+use super::{Keyword, Mark, Program, Symbols, Token};
 
-/// Adds the tokens of the data at `at`; returns where they end.
-pub(super) fn scan(text: &str, at: usize, program: &mut Program) -> usize {
+/// Adds the tokens of the plain items at `at`; returns where they end.
+pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut Symbols) -> usize {
     let bytes = text.as_bytes();
     let mut at = at;
     while let Some(&byte) = bytes.get(at) {
@@ -16,28 +16,55 @@ pub(super) fn scan(text: &str, at: usize, program: &mut Program) -> usize {
                 at += 1;
                 continue;
             }
-            b'/' if bytes.get(at + 1) == Some(&b'/') => {
-                at += bytes[at..].iter().take_while(|byte| !matches!(byte, b'\n' | b'\r')).count();
-                continue;
+            b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
+                let end = at + bytes[at..].iter().take_while(|byte| is_word(**byte)).count();
+                let word = &text[at..end];
+                let token = match Keyword::from_text(word) {
+                    Some(keyword) => Token::Word(keyword),
+                    None => Token::Name(symbols.intern(word)),
+                };
+                (token, end)
             }
+            b'/' => match bytes.get(at + 1) {
+                Some(b'/') => {
+                    at = line_end(bytes, at);
+                    continue;
+                }
+                Some(b'*') => return at,
+                _ => (Token::Mark(Mark::Slash), at + 1),
+            },
             b'<' => match vector(bytes, at, &mut program.numbers) {
                 Some(vector) => vector,
-                None => return at,
+                None => mark(text, at, 1 + usize::from(bytes.get(at + 1) == Some(&b'='))),
             },
-            b',' => (Token::Mark(Mark::Comma), at + 1),
-            b'{' => (Token::Mark(Mark::OpenBrace), at + 1),
-            b'}' => (Token::Mark(Mark::CloseBrace), at + 1),
-            _ => match number(bytes, at) {
+            b'>' | b'!' => mark(text, at, 1 + usize::from(bytes.get(at + 1) == Some(&b'='))),
+            b'0'..=b'9' | b'.' => match number(bytes, at) {
                 Some((value, end)) => (Token::Number(value), end),
-                None if byte == b'-' => (Token::Mark(Mark::Minus), at + 1),
-                None => return at,
+                None => (Token::Mark(Mark::Dot), at + 1),
             },
+            b'('..=b'-' | b'{'..=b'}' | b':' | b';' | b'=' | b'?' | b'[' | b']' | b'&' => mark(text, at, 1),
+            _ => return at,
         };
         program.tokens.push(token);
         program.places.push((at as u32, (end - at) as u32));
         at = end;
     }
     at
+}
+
+/// The mark of `len` characters at `at`, and where it ends.
+fn mark(text: &str, at: usize, len: usize) -> (Token, usize) {
+    let end = at + len;
+    (Mark::from_text(&text[at..end]).map_or(Token::Junk(' '), Token::Mark), end)
+}
+
+fn is_word(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_'
+}
+
+/// Where the line that `at` is in ends.
+fn line_end(bytes: &[u8], at: usize) -> usize {
+    at + bytes[at..].iter().take_while(|byte| !matches!(byte, b'\n' | b'\r')).count()
 }
 
 /// `<`, two or more numbers with a comma between each two, `>`: its token and where it ends. The numbers
