@@ -89,6 +89,22 @@ mod scenes_with_errors {
     use super::*;
 
     #[test]
+    fn diagnostics_have_a_form_for_programs() {
+        let folder = folder();
+        fs::write(folder.path().join("bad.scn"), "#macro M()\n  Sphere { 0, 1 }\n#end\nM()\n").unwrap();
+        let (code, message) = told(&octray(folder.path(), "check bad.scn --message-format short"));
+        assert_eq!(code, 1);
+        let first = message.lines().next().unwrap();
+        assert!(first.starts_with("bad.scn:2:3: error: ") && first.contains("`Sphere`"), "{message}");
+        let (code, message) = told(&octray(folder.path(), "render bad.scn --message-format json"));
+        assert_eq!(code, 1);
+        let first: serde_json::Value = serde_json::from_str(message.lines().next().unwrap()).unwrap();
+        assert_eq!((&first["severity"], &first["place"]["column"]), (&"error".into(), &3.into()));
+        assert_eq!(first["help"], "there is `sphere`");
+        assert_eq!(first["notes"][0]["place"]["line"], 4);
+    }
+
+    #[test]
     fn bad_scenes_are_exit_code_1_and_make_no_file() {
         let folder = folder();
         fs::write(folder.path().join("bad.scn"), "sphere { <0, 1, 0>, ").unwrap();

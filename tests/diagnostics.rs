@@ -34,6 +34,9 @@ fn every_broken_scene_says_what_is_wrong() {
         for diagnostic in &done.diagnostics {
             assert!(diagnostic.short(&done.sources).contains(&diagnostic.message));
             assert!(diagnostic.render(&done.sources, false).contains(&diagnostic.message));
+            let json: serde_json::Value = serde_json::from_str(&diagnostic.json(&done.sources)).unwrap();
+            assert_eq!(json["message"], diagnostic.message.as_str());
+            assert_eq!(json["place"]["line"], done.sources.position(diagnostic.span.unwrap()).0);
         }
         count += 1;
     }

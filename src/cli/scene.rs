@@ -25,13 +25,27 @@ pub struct SceneArgs {
     /// Let the scene's #fopen write in and below this folder; may be given several times
     #[arg(long = "allow-write", value_name = "DIR")]
     pub write_paths: Vec<PathBuf>,
+    /// How errors and warnings are shown
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Human)]
+    pub message_format: MessageFormat,
+}
+
+/// The form of diagnostics on the standard error stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum MessageFormat {
+    /// With the lines in question
+    Human,
+    /// One line each, as editors like it: `file:line:column: error: message`
+    Short,
+    /// One JSON object a line: severity, message, place, help, and the way there
+    Json,
 }
 
 /// Reads a scene and prints its diagnostics, and unless `quiet` what its `#debug` and `#warning` write, to the
 /// standard error stream. `Failure::Scene` if it has errors.
 pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) -> Result<Scene, Failure> {
     let found = evaluate(path, args, size);
-    print_messages(&found, quiet);
+    print_messages(&found, quiet, args.message_format);
     if found.has_errors() { Err(Failure::Scene) } else { Ok(found.scene) }
 }
 
@@ -68,8 +82,9 @@ fn standard_includes() -> impl Iterator<Item = PathBuf> {
 
 /// Prints diagnostics in rustc's form, and a line that counts them. Warnings and the script's own streams are left out
 /// if `quiet`.
-pub fn print_messages(found: &Evaluation, quiet: bool) {
-    if !quiet {
+pub fn print_messages(found: &Evaluation, quiet: bool, format: MessageFormat) {
+    // Programs that read diagnostics want nothing else between them.
+    if !quiet && format == MessageFormat::Human {
         for message in &found.messages {
             // What `#error` writes is in its diagnostic.
             if message.stream != Stream::Error {
@@ -83,7 +98,14 @@ pub fn print_messages(found: &Evaluation, quiet: bool) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let least = if quiet { Severity::Error } else { Severity::Note };
     for diagnostic in found.diagnostics.iter().filter(|d| d.severity >= least) {
-        eprintln!("{}\n", diagnostic.render(&found.sources, color));
+        match format {
+            MessageFormat::Human => eprintln!("{}\n", diagnostic.render(&found.sources, color)),
+            MessageFormat::Short => eprintln!("{}", diagnostic.short(&found.sources)),
+            MessageFormat::Json => eprintln!("{}", diagnostic.json(&found.sources)),
+        }
+    }
+    if format != MessageFormat::Human {
+        return;
     }
     if let errors @ 1.. = found.count(Severity::Error) {
         eprintln!("{}", plural(errors, "error"));

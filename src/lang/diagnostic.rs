@@ -2,6 +2,7 @@
 
 use super::{SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use serde_json::json;
 
 /// How bad it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,6 +60,32 @@ impl Diagnostic {
             }
             None => format!("{severity}: {}", self.message),
         }
+    }
+
+    /// One JSON object for programs: `severity`, `message`, `help` if there is one, `place` if there is one, and `notes`, the
+    /// way there, innermost first, each with `message` and `place`. A place has `file`, `line` and `column` (from 1, in
+    /// characters) and the byte range `start`, `end`.
+    pub fn json(&self, sources: &SourceMap) -> String {
+        let place = |span: &Option<Span>| {
+            span.map(|span| {
+                let (line, column) = sources.position(span);
+                let file = &sources.file(span.file).name;
+                json!({"file": file, "line": line, "column": column, "start": span.start, "end": span.end})
+            })
+        };
+        let notes: Vec<_> = self
+            .notes
+            .iter()
+            .map(|(message, span)| json!({"message": message, "place": place(span)}))
+            .collect();
+        json!({
+            "severity": self.severity.word(),
+            "message": self.message,
+            "place": place(&self.span),
+            "help": self.help,
+            "notes": notes,
+        })
+        .to_string()
     }
 
     /// In the form of rustc, with the lines in question; with colours for terminals if `color`.
