@@ -13,6 +13,8 @@ pub(super) fn write(file: &mut impl Write, film: &Film, encoding: &Encoding) -> 
     let mut encoder = png::Encoder::new(file, side(film.width)?, side(film.height)?);
     encoder.set_color(if encoding.alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(if encoding.deep { BitDepth::Sixteen } else { BitDepth::Eight });
+    // A tenth of the time of the default, for files some tenths longer.
+    encoder.set_compression(png::Compression::Fast);
     match encoding.transfer {
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),
         Transfer::Power(gamma) => {
