@@ -47,8 +47,8 @@ impl PatternProgram {
         Self { matrix: place.inverse.matrix3, offset: place.inverse.transform_point3(origin), kind }
     }
 
-    /// Colours at `point` (compiled space).
-    pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors<L> {
+    /// Pattern space from compiled space.
+    fn to_pattern<L: Lane>(&self, point: Vec3<L>) -> Vec3<L> {
         let m = &self.matrix;
         let row = |r: usize| {
             point.x * L::lit(m.x_axis[r])
@@ -56,19 +56,26 @@ impl PatternProgram {
                 + point.z * L::lit(m.z_axis[r])
                 + L::lit(self.offset[r])
         };
-        let p = Vec3::new(row(0), row(1), row(2));
+        Vec3::new(row(0), row(1), row(2))
+    }
+
+    /// Colours at `point` (compiled space).
+    pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors<L> {
+        let p = self.to_pattern(point);
+        // Cells end where POV-Ray's nudge of 1e-10 says, and faces of boxes love to lie there: double precision always.
+        let wide = || self.to_pattern(Vec3::new(point.x.to_f64s(), point.y.to_f64s(), point.z.to_f64s()));
         match &self.kind {
             PatternKind::Blocks { pattern: BlockPattern::Checker, colors } => {
-                let odd = checker_is_odd(p);
+                let odd = checker_is_odd(wide()).cast();
                 pick(odd, &colors[1], Colors::splat(&colors[0]))
             }
             PatternKind::Blocks { pattern: BlockPattern::Brick { size, mortar }, colors } => {
-                let in_mortar = brick_is_mortar(p, *size, *mortar);
+                let in_mortar = brick_is_mortar(wide(), *size, *mortar).cast();
                 pick(in_mortar, &colors[0], Colors::splat(&colors[1]))
             }
             PatternKind::Blocks { pattern: BlockPattern::Hexagon, colors } => {
-                let (second, third) = hexagon_cells(p);
-                pick(third, &colors[2], pick(second, &colors[1], Colors::splat(&colors[0])))
+                let (second, third) = hexagon_cells(wide());
+                pick(third.cast(), &colors[2], pick(second.cast(), &colors[1], Colors::splat(&colors[0])))
             }
             PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
                 let value = match pattern {
