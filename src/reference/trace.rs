@@ -133,6 +133,11 @@ impl<'w> Tracer<'w> {
             let ior = media.relative_ior(interior, interiors);
             let reflected = reflectivity(finish, cosine, ior, color.rgb);
             let film = interference(finish, 2.0 * cosine, self.world.scene.globals.irid_wavelength);
+            // The film is on what is seen, which the exponent then bends.
+            let film = match finish.reflection.exponent {
+                1.0 => film,
+                exponent => film.max(Rgb::ZERO).powf(1.0 / exponent),
+            };
             mirrors.push((reflected.color * film, weight * left * reflected.weight, finish));
             let own = finish.ambient * scene.globals.ambient_light + finish.emission;
             let mut lit = color.rgb * own * color.opacity();

@@ -87,7 +87,12 @@ pub fn shade<S: Scalar, B: Scalar>(
             reflectivity = Some(mirror.factor);
             if finish.irid != 0.0 {
                 let path = hit.cos * S::Lane::lit(2.0);
-                let film = interference(finish, path, scene.globals.irid_wavelength);
+                let mut film = interference(finish, path, scene.globals.irid_wavelength);
+                // The film is on what is seen, which the exponent then bends.
+                if finish.reflection.exponent != 1.0 {
+                    let power = 1.0 / finish.reflection.exponent;
+                    film = film.map(|f| f.max(S::Lane::zero()).pow_const(power));
+                }
                 mirror.factor = mirror.factor.mul(film);
             }
             mirrors.push(mirror);
