@@ -219,6 +219,12 @@ impl Draft {
         if self.fade_power > 0.0 && self.fade_distance.abs() > 1e-10 {
             self.light.fade = Some(Fade { distance: self.fade_distance, power: self.fade_power });
         }
-        ObjectValue { object: self.looks_like, stand_in: None, lights: vec![self.light], lacks: self.lacks }
+        ObjectValue {
+            object: self.looks_like,
+            stand_in: None,
+            depth: 0,
+            lights: vec![self.light],
+            lacks: self.lacks,
+        }
     }
 }

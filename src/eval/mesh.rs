@@ -282,7 +282,7 @@ impl Machine<'_> {
         } else {
             Some(Arc::new(Object::new(Shape::Mesh(Arc::new(draft.mesh)))))
         };
-        ObjectValue { object, stand_in: None, lights: Vec::new(), lacks: draft.lacks }
+        ObjectValue { object, stand_in: None, depth: 0, lights: Vec::new(), lacks: draft.lacks }
     }
 }
 

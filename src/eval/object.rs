@@ -11,6 +11,10 @@ use std::sync::Arc;
 /// Bytes that an object takes, roughly, with its texture; for the memory limit.
 const OBJECT_BYTES: usize = 700;
 
+/// Composites may be within each other to this depth: everybody who walks them recurses. A loop can build a deeper one
+/// (`#declare U = union { object { U } ... }`) than braces allow to write.
+const DEPTH: usize = 500;
+
 impl Machine<'_> {
     /// Reads an object if one is next; `None` (and nothing taken) if not.
     pub fn object(&mut self) -> Res<Option<ObjectValue>> {
@@ -60,7 +64,7 @@ impl Machine<'_> {
                             }
                             _ => Some(Arc::new(stand_in(self.other_shape(word)?))),
                         };
-                        ObjectValue { object: None, stand_in, lights: Vec::new(), lacks }
+                        ObjectValue { object: None, stand_in, depth: 0, lights: Vec::new(), lacks }
                     }
                 },
             },
@@ -89,9 +93,14 @@ impl Machine<'_> {
         let mut lights = Vec::new();
         let mut lacks = Lacks::default();
         let mut cutters_missing = false;
+        let mut depth = 0;
         let mut stand_ins = Vec::new();
         let mut any_stand_in = false;
         while let Some(child) = self.object()? {
+            depth = depth.max(child.depth + 1);
+            if depth > DEPTH {
+                return Err(self.halt(format!("composites within each other more than {DEPTH} levels deep")));
+            }
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
             any_stand_in |= child.stand_in.is_some();
             stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
@@ -116,7 +125,7 @@ impl Machine<'_> {
             let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
             Arc::new(Object::new(shape))
         });
-        Ok(ObjectValue { object, stand_in, lights, lacks })
+        Ok(ObjectValue { object, stand_in, depth, lights, lacks })
     }
 
     /// One modifier of an object. False if the next token is none.
@@ -421,7 +430,13 @@ fn renew_interiors(object: &mut Object) {
 
 impl From<Object> for ObjectValue {
     fn from(object: Object) -> Self {
-        Self { object: Some(Arc::new(object)), stand_in: None, lights: Vec::new(), lacks: Lacks::default() }
+        Self {
+            object: Some(Arc::new(object)),
+            stand_in: None,
+            depth: 0,
+            lights: Vec::new(),
+            lacks: Lacks::default(),
+        }
     }
 }
 

@@ -77,8 +77,13 @@ impl Machine<'_> {
 
     /// The objects and lights of a `light_group`; its `global_lights` is among its modifiers.
     pub fn light_group(&mut self) -> Res<ObjectValue> {
-        let mut group =
-            ObjectValue { object: None, stand_in: None, lights: Vec::new(), lacks: Default::default() };
+        let mut group = ObjectValue {
+            object: None,
+            stand_in: None,
+            depth: 0,
+            lights: Vec::new(),
+            lacks: Default::default(),
+        };
         while let Some(child) = self.object()? {
             group.lacks.add(&child.lacks);
         }

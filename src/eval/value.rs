@@ -80,6 +80,8 @@ pub(super) struct ObjectValue {
     pub object: Option<Arc<Object>>,
     /// What a script may ask instead of `object`, if that or a part of it is not modelled.
     pub stand_in: Option<Arc<Object>>,
+    /// Composites within each other.
+    pub depth: usize,
     pub lights: Vec<Light>,
     pub lacks: Lacks,
 }
