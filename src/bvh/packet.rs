@@ -17,10 +17,6 @@ pub struct Packet<B: Scalar> {
     start: B::Lane,
 }
 
-/// No direction component is smaller than this in a packet, so that reciprocals are finite and no slab test meets
-/// `0 * inf`. It bends a ray by less than 2^-59 of its length, far below [`Bvh::slack`] in both precisions.
-const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
-
 /// Roundings of `B` that a distance may be off by, with room: it decides where a ray enters the bounds and how far it
 /// still looks.
 const DISTANCE_ROUNDINGS: f64 = 8.0;
@@ -35,12 +31,9 @@ impl<B: Scalar> Packet<B> {
     /// Rays up to distance `t_far` in lanes `active`; the others hold no ray.
     #[inline]
     pub fn new<L: Lane>(bvh: &Bvh<B>, origin: Vec3<L>, dir: Vec3<L>, t_far: L, active: u8) -> Self {
-        let least = B::Lane::lit(LEAST_DIRECTION);
         let origin = origin - Vec3::splat(bvh.origin);
-        let inverse = [dir.x, dir.y, dir.z].map(|d| {
-            let d = cast::<L, B::Lane>(d);
-            B::Lane::lit(1.0) / least.max(d.abs()).copysign(d)
-        });
+        let inverse = dir.cast::<B::Lane>().slab_inverse();
+        let inverse = [inverse.x, inverse.y, inverse.z];
         let mut own = [origin.x, origin.y, origin.z].map(cast::<L, B::Lane>);
         let slack = Bvh::<B>::slack(&bvh.moved_bounds());
         let (min, max) = (bvh.moved_bounds().min - slack, bvh.moved_bounds().max + slack);

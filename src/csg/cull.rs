@@ -9,9 +9,6 @@ use std::ops::Range;
 /// part may lie some roundings outside of it.
 const BOUNDS_SLACK: f64 = 64.0 * f64::UNIT_ROUNDOFF;
 
-/// No direction component is smaller than this before bounds, so that no plane distance is `0 * inf`.
-const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
-
 /// Where eight rays are in relation to a node of a composite, as far as bounds tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -89,8 +86,7 @@ pub struct Stretch {
 impl Stretch {
     /// The rays of `lanes`.
     pub fn new(rays: &Rays<f64x8>, lanes: u8) -> Self {
-        let least = f64x8::lit(LEAST_DIRECTION);
-        let inverse = rays.dir.map(|d| f64x8::lit(1.0) / least.max(d.abs()).copysign(d));
+        let inverse = rays.dir.slab_inverse();
         let slack = max_abs(rays.origin) * f64x8::lit(BOUNDS_SLACK);
         let one_octant = [inverse.x, inverse.y, inverse.z].into_iter().all(|i| {
             let negative = i.lt(f64x8::zero()).bits() & lanes;

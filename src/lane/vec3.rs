@@ -4,6 +4,10 @@ use super::{Lane, Mask, Scalar};
 use glam::DVec3;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
+/// No direction component counts as smaller than this before a slab test, so that none meets `0 * inf`. It bends a ray
+/// by less than 2^-59 of its length, far below what boxes are widened by in either precision.
+const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
+
 /// Eight vectors (or colours), one a lane.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vec3<L> {
@@ -54,6 +58,20 @@ impl<L: Lane> Vec3<L> {
             self.y.to_array()[k].to_f64(),
             self.z.to_array()[k].to_f64(),
         )
+    }
+
+    /// Each component rounded to another precision; exact towards the wider.
+    #[inline(always)]
+    pub fn cast<M: Lane>(self) -> Vec3<M> {
+        let cast = |x: L| M::from_f64s(x.to_f64s());
+        Vec3::new(cast(self.x), cast(self.y), cast(self.z))
+    }
+
+    /// Of directions up to unit length: reciprocals for slab tests, finite whatever the direction.
+    #[inline(always)]
+    pub fn slab_inverse(self) -> Self {
+        let least = L::lit(LEAST_DIRECTION);
+        self.map(|d| L::lit(1.0) / least.max(d.abs()).copysign(d))
     }
 
     /// Scalar product.

@@ -1,7 +1,7 @@
 //! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
 
 use super::Colors;
-use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{BlockPattern, Color, ColorMap, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
 
@@ -61,9 +61,8 @@ impl PatternProgram {
 
     /// Colours at `point` (compiled space).
     pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors<L> {
-        let p = self.to_pattern(point);
         // Cells end where POV-Ray's nudge of 1e-10 says, and faces of boxes love to lie there: double precision always.
-        let wide = || self.to_pattern(Vec3::new(point.x.to_f64s(), point.y.to_f64s(), point.z.to_f64s()));
+        let wide = || self.to_pattern(point.cast::<f64x8>());
         match &self.kind {
             PatternKind::Blocks { pattern: BlockPattern::Checker, colors } => {
                 let odd = checker_is_odd(wide()).cast();
@@ -78,6 +77,7 @@ impl PatternProgram {
                 pick(third.cast(), &colors[2], pick(second.cast(), &colors[1], Colors::splat(&colors[0])))
             }
             PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
+                let p = self.to_pattern(point);
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
                     // Lane by lane: noise looks up tables at every corner of a cell.

@@ -54,9 +54,6 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             Projection::Orthographic => (eye + u * s + v * t, l),
         };
         let dir = dir.normalize();
-        let narrow = |v: Vec3<f64x8>| {
-            Vec3::new(S::Lane::from_f64s(v.x), S::Lane::from_f64s(v.y), S::Lane::from_f64s(v.z))
-        };
         // One eye stands in one place; parallel rays start in many.
         let medium = match (camera.projection, eye_medium) {
             (Projection::Perspective, Some(medium)) => medium,
@@ -64,7 +61,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
         };
         eye_medium = Some(medium);
         *queue.next() = Carriers {
-            lines: Lines { rays: Rays { origin: narrow(origin), dir: narrow(dir) }, ..Lines::default() },
+            lines: Lines { rays: Rays { origin: origin.cast(), dir: dir.cast() }, ..Lines::default() },
             throughput: Vec3::lit(1.0),
             weight: S::Lane::lit(1.0),
             share: S::Lane::lit(1.0),

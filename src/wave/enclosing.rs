@@ -61,10 +61,7 @@ impl Enclosing {
                 let composite = &scene.csg.composites[row as usize];
                 scene.csg.interiors_at_start(composite, &rays, &source, &mut scratch)
             } else {
-                let narrow = |v: Vec3<f64x8>| {
-                    Vec3::new(S::Lane::from_f64s(v.x), S::Lane::from_f64s(v.y), S::Lane::from_f64s(v.z))
-                };
-                let rays = Rays { origin: narrow(points), dir: narrow(dir) };
+                let rays = Rays { origin: points.cast(), dir: dir.cast() };
                 let surface = scene.base[usize::from(kind)] + row;
                 let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
                 let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });

@@ -154,12 +154,12 @@ fn resolve_kind<S: Scalar, B: Scalar>(
     if kind & PART == 0 {
         return scene.columns.with(kind, Resolve { rows, mask, rays: &query.rays, t: query.t });
     }
-    let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
+    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
     let t = query.t.to_f64s();
     let found = scene.parts.with(kind & !PART, Resolve { rows, mask: mask.cast(), rays: &rays, t });
     Surfaces {
-        point: cast_back(found.point),
-        normal: cast_back(found.normal),
+        point: found.point.cast(),
+        normal: found.normal.cast(),
         u: S::Lane::from_f64s(found.u),
         v: S::Lane::from_f64s(found.v),
         part: found.part,
@@ -182,14 +182,6 @@ pub fn seen_from_inside<S: Scalar, B: Scalar>(
         };
         inside | u8::from((along >> k & 1 == 1) != inverted) << k
     })
-}
-
-fn cast<L: Lane>(v: Vec3<L>) -> Vec3<wide::f64x8> {
-    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
-}
-
-fn cast_back<L: Lane>(v: Vec3<wide::f64x8>) -> Vec3<L> {
-    Vec3::new(L::from_f64s(v.x), L::from_f64s(v.y), L::from_f64s(v.z))
 }
 
 struct Resolve<'a, L> {
@@ -399,7 +391,7 @@ fn cut_textures<S: Scalar, B: Scalar>(
     owner: u32,
     lane: usize,
 ) -> Vec<u32> {
-    let rays = Rays { origin: cast(query.rays.origin), dir: cast(query.rays.dir) };
+    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
     let mut textures = vec![];
     if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
         let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];

@@ -23,10 +23,7 @@ pub struct ShadowTracer<S: Scalar> {
     open: Queue<Feelers<S::Lane>>,
 }
 
-impl<S: Scalar> ShadowTracer<S>
-where
-    S::Lane: Default,
-{
+impl<S: Scalar> ShadowTracer<S> {
     /// Traces the ready packets of `queue` and adds the light that arrives to `sums`; rays that may be tinted wait.
     pub fn trace<B: Scalar>(
         &mut self,

@@ -66,10 +66,7 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     order: Vec<u32>,
 }
 
-impl<S: Scalar, B: Scalar> TileWorker<S, B>
-where
-    S::Lane: Default,
-{
+impl<S: Scalar, B: Scalar> TileWorker<S, B> {
     /// Renders the tile into `pixels` (row by row) and counts its rays.
     pub fn render(&mut self, shared: &Shared<S, B>, area: TileArea, pixels: &mut Vec<Pixel>) -> RayCounts {
         self.media.begin_tile();

@@ -124,10 +124,6 @@ impl<B: Scalar> Tracer<B> {
     }
 }
 
-fn widen<L: Lane>(v: Vec3<L>) -> Vec3<f64x8> {
-    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
-}
-
 /// What happens in the tree's leaves.
 struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
     scene: &'a Compiled<S, B>,
@@ -244,12 +240,18 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
     /// Tests a run against one packet and returns the lanes whose hit changed.
     #[inline]
     fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        let query = &mut self.queries[packet];
-        let lanes = lanes & query.lanes;
+        let lanes = lanes & self.queries[packet].lanes;
         if ANY && run.class & class::BLOCKS == 0 {
             self.note(run, packet, lanes & !self.tinted[packet]);
             return 0;
         }
+        self.test(run, packet, lanes)
+    }
+
+    /// The same for what blocks, and for what is only noted.
+    #[inline(always)]
+    fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        let query = &mut self.queries[packet];
         if run.kind == COMPOSITE {
             let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
             return composites::<S, B, ANY>(self.scene, run, query, lanes, buffers);
@@ -259,28 +261,17 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
             .columns
             .with(run.kind, TestRun { run, base, query, lanes, rank: &self.scene.rank, any: ANY })
     }
-}
 
-impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
     /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.
     #[cold]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
         if lanes == 0 {
             return;
         }
-        let query = &mut self.queries[packet];
-        let (t, surface) = (query.t, query.surface);
-        let met = if run.kind == COMPOSITE {
-            let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
-            composites::<S, B, ANY>(self.scene, run, query, lanes, buffers)
-        } else {
-            let base = self.scene.base[usize::from(run.kind)];
-            let rank = &self.scene.rank;
-            self.scene.columns.with(run.kind, TestRun { run, base, query, lanes, rank, any: ANY })
-        };
+        let Query { t, surface, .. } = self.queries[packet];
+        self.tinted[packet] |= self.test(run, packet, lanes);
         let query = &mut self.queries[packet];
         (query.t, query.surface) = (t, surface);
-        self.tinted[packet] |= met;
     }
 }
 
@@ -421,7 +412,7 @@ fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
     // Constructive geometry is done in double precision in every mode.
-    let rays = Rays { origin: widen(query.rays.origin), dir: widen(query.rays.dir) };
+    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
     let stretch = stretch.get_or_insert_with(|| Stretch::new(&rays, query.lanes));
     let source = Parts { scene, left: query.left, part: query.part };
     let t_min = query.t_min.to_f64s();
