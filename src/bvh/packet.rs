@@ -60,6 +60,13 @@ impl<B: Scalar> Packet<B> {
         packet
     }
 
+    /// No rays.
+    #[inline]
+    pub fn idle() -> Self {
+        let none = [B::Lane::zero(); 3];
+        Self { origin: none, inverse: none, offset: none, far: B::Lane::lit(-1.0), start: B::Lane::zero() }
+    }
+
     /// A distance along the rays as this packet's boxes count it, rounded up.
     #[inline(always)]
     pub fn far_of<L: Lane>(&self, t: L) -> B::Lane {

@@ -9,6 +9,7 @@ use super::queue::{Feelers, Lines, Queue};
 use super::shade::{NO_LIGHT, fade_over};
 use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
+use crate::bvh::Run;
 use crate::compile::{Compiled, NO_SURFACE, class};
 use crate::kernel::{Rays, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
@@ -21,23 +22,29 @@ pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
     /// Rays that nothing opaque blocks, in scenes where something may still tint them.
     open: Queue<Feelers<S::Lane>>,
+    /// By light: see [`Tracer::occluded`].
+    suspects: Vec<Option<Run>>,
 }
 
 impl<S: Scalar> ShadowTracer<S> {
-    /// Traces the ready packets of `queue` and adds the light that arrives to `sums`; rays that may be tinted wait.
+    /// Traces the ready packets of `queue`, which lead to light number `light`, and adds the light that arrives to
+    /// `sums`; rays that may be tinted wait.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
-        queue: &mut Queue<Feelers<S::Lane>>,
+        (light, queue): (usize, &mut Queue<Feelers<S::Lane>>),
         tracer: &mut Tracer<B>,
         media: &mut Media,
         sums: &mut Sums,
     ) {
         let filters = scene.has_class(class::FILTERS);
+        if self.suspects.len() <= light {
+            self.suspects.resize(light + 1, None);
+        }
         for group in queue.packets().chunks(GROUP) {
             self.queries.clear();
             self.queries.extend(group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)));
-            let tinted = tracer.occluded(scene, &mut self.queries);
+            let tinted = tracer.occluded(scene, &mut self.queries, &mut self.suspects[light]);
             for (k, (query, rays)) in self.queries.iter().zip(group).enumerate() {
                 let lanes = rays.lanes & !query.hits();
                 sums.add(&rays.sink, rays.light, lanes & !tinted[k]);

@@ -104,10 +104,10 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         let Self { shadows, shadow_queues, tracer, media, sums, .. } = self;
         let mut shadow = 0;
-        for queue in shadow_queues {
+        for (light, queue) in shadow_queues.iter_mut().enumerate() {
             queue.flush();
             shadow += queue.take_count();
-            shadows.trace(shared.scene, queue, tracer, media, sums);
+            shadows.trace(shared.scene, (light, queue), tracer, media, sums);
         }
         shadows.flush(shared.scene, tracer, media, sums);
         // From the order of the rays to rows.
@@ -155,9 +155,9 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 });
             }
         }
-        for queue in shadow_queues {
+        for (light, queue) in shadow_queues.iter_mut().enumerate() {
             if queue.len() >= SHADOW_BATCH {
-                shadows.trace(scene, queue, tracer, media, sums);
+                shadows.trace(scene, (light, queue), tracer, media, sums);
             }
         }
     }
