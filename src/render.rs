@@ -11,8 +11,10 @@ use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -229,18 +231,40 @@ fn to_linear(film: &mut Film, working_space: Gamma) {
 }
 
 /// Shapes by kind, composites opened; a composite itself counts under its operation, a mesh's triangles each.
+///
+/// Looks at every object once, however many composites share it: a short script can make a scene of 2^40 shapes, which
+/// must not be rendered, but counted. Counts stop at `u64::MAX`.
 pub fn shape_counts(scene: &Scene) -> BTreeMap<&'static str, u64> {
+    let mut known = FxHashMap::default();
     let mut counts = BTreeMap::new();
-    let mut waiting: Vec<&Object> = scene.objects.iter().map(AsRef::as_ref).collect();
-    while let Some(object) = waiting.pop() {
-        let (kind, count) = kind_and_count(&object.shape);
-        *counts.entry(kind).or_insert(0) += count;
-        if let Shape::Csg { children, .. } = &object.shape {
-            waiting.extend(children.iter().map(AsRef::as_ref));
-        }
-        waiting.extend(object.clipped_by.iter().map(AsRef::as_ref));
-    }
+    scene.objects.iter().for_each(|object| count(object, &mut counts, &mut known));
     counts
+}
+
+type Counts = BTreeMap<&'static str, u64>;
+
+/// Adds what `object` is made of to `counts`. What several share is kept in `known`, by address.
+fn count(object: &Arc<Object>, counts: &mut Counts, known: &mut FxHashMap<*const Object, Counts>) {
+    let add = |counts: &mut Counts, kind, more: u64| {
+        let sum = counts.entry(kind).or_insert(0);
+        *sum = sum.saturating_add(more);
+    };
+    let (kind, many) = kind_and_count(&object.shape);
+    let children = if let Shape::Csg { children, .. } = &object.shape { &children[..] } else { &[] };
+    let mut parts = children.iter().chain(&object.clipped_by).peekable();
+    if parts.peek().is_none() {
+        return add(counts, kind, many);
+    }
+    if Arc::strong_count(object) == 1 {
+        add(counts, kind, many);
+        return parts.for_each(|part| count(part, counts, known));
+    }
+    if !known.contains_key(&Arc::as_ptr(object)) {
+        let mut inner = Counts::from([(kind, many)]);
+        parts.for_each(|part| count(part, &mut inner, known));
+        known.insert(Arc::as_ptr(object), inner);
+    }
+    known[&Arc::as_ptr(object)].iter().for_each(|(kind, many)| add(counts, kind, *many));
 }
 
 /// The shape's keyword in a scene file, and how many it stands for.

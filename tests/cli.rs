@@ -85,6 +85,63 @@ mod help_and_usage {
     }
 }
 
+mod scenes_too_large {
+    use super::*;
+    use std::time::{Duration, Instant};
+
+    /// Shared parts are looked at once, not once for each of the 2^40 ways to them.
+    const SOON: Duration = Duration::from_secs(20);
+
+    fn check(first: &str, turn: &str) {
+        let folder = folder();
+        let scene =
+            format!("#version 3.7;\n#declare A = {first}\n{}object {{ A }}", format!("{turn}\n").repeat(40));
+        fs::write(folder.path().join("large.scn"), scene).unwrap();
+        let begin = Instant::now();
+        let checked = octray(folder.path(), "check large.scn");
+        let (code, message) = told(&checked);
+        assert_eq!(code, 0, "{first}: {message}");
+        assert!(
+            said(&checked).contains("refused: ") && said(&checked).contains("--max-shapes"),
+            "{}",
+            said(&checked)
+        );
+        for engine in ["packets", "reference"] {
+            let (code, message) =
+                told(&octray(folder.path(), &format!("render large.scn -q --engine {engine}")));
+            assert_eq!(code, 1, "{first}: {message}");
+            assert!(message.contains("shapes") && message.contains("--max-shapes"), "{message}");
+        }
+        assert!(!folder.path().join("large.png").exists());
+        assert!(begin.elapsed() < SOON, "{first}: {:?}", begin.elapsed());
+    }
+
+    #[test]
+    fn doubled_objects_are_counted_and_refused() {
+        let twice = "#declare A = union { object { A } object { A translate x } }";
+        check("sphere { 0, 1 }", twice);
+        check("sphere { 0, 1 pigment { rgbt 1 } interior { ior 1.5 } }", twice);
+        check("difference { sphere { 0, 1 } box { 0, 1 } cutaway_textures }", twice);
+        check("smooth_triangle { 0, x, x, y, z, y }", twice);
+        check("sphere { 0, 1 }", "#declare A = sphere { 0, 1 clipped_by { object { A } object { A } } }");
+        check(
+            "sphere { 0, 1 }",
+            "#declare A = intersection { object { A pigment { rgb x } } object { A } scale 2 }",
+        );
+    }
+
+    #[test]
+    fn the_limit_can_be_raised_and_lowered() {
+        let folder = folder();
+        fs::write(folder.path().join("ball.scn"), BALL.repeat(3)).unwrap();
+        for (limit, expected) in [(2, 1), (3, 0)] {
+            let (code, message) =
+                told(&octray(folder.path(), &format!("render ball.scn -W 8 -H 6 --max-shapes {limit}")));
+            assert_eq!(code, expected, "{message}");
+        }
+    }
+}
+
 mod scenes_with_errors {
     use super::*;
 

@@ -102,6 +102,21 @@ fn no_script_is_endless() {
         "#macro A(X) A(A(X)) #end A(1)",
         "#macro A() A() #end A()",
         "#macro A() A() A() #end A()",
+        "#declare A = sphere { 0, 1 } #while (1) #declare A = union { object { A } } #end",
+        "#declare A = sphere { 0, 1 } #while (1) #declare A = sphere { 0, 1 clipped_by { object { A } } } #end",
+        "#declare A = sphere { 0, 1 } #while (1) #declare A = union { light_source { 0, 1 looks_like { A } } } #end",
+        "#declare A = union { light_source { 0, 1 } } #while (1) #declare A = union { object { A } object { A } } #end",
+        "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
+         #declare B = min_extent(A);",
+        "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
+         #declare B = inside(A, 0);",
+        "#declare A = smooth_triangle { 0, x, x, y, y, z }
+         #for (I, 1, 40) #declare A = union { object { A } object { A } scale 2 } #end",
+        "#declare T = texture { pigment { rgbt 1 } } #while (1) #declare T = texture { T } texture { T } #end",
+        "#declare A = array[1] { 1 } #while (1) #declare A = array[1] { A } #end",
+        "#declare A = array[2] #while (1) #declare A[0] = A; #end",
+        "#declare A = array[1000] #declare B = array[1000000]
+         #for (I, 0, 999) #declare A[I] = B; #declare A[I][0] = 1; #end",
     ];
     for script in scripts {
         assert!(from_text("test.scn", script, &options).has_errors(), "{script}");

@@ -1,7 +1,7 @@
 //! `octray check`: reads scenes and tells what is wrong with them, and what of them octray does not render.
 
 use super::Failure;
-use super::scene::{MessageFormat, SceneArgs, options, plural, print_messages};
+use super::scene::{MessageFormat, SceneArgs, many, options, over_limit, plural, print_messages, shapes};
 use octray::eval::{Effect, Evaluation};
 use octray::lang::Severity;
 use octray::render::{RenderOptions, shape_counts};
@@ -35,10 +35,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         let counts = shape_counts(&found.scene);
+        let sum = shapes(&counts);
         let shapes: Vec<_> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let lights = plural(found.scene.lights.len(), "light");
         let warnings = plural(found.count(Severity::Warning), "warning");
         println!("{}: no errors, {warnings}; {lights}, shapes: {}", path.display(), shapes.join(", "));
+        if sum > args.scene.max_shapes {
+            println!("  refused: {} ({})", many(sum), over_limit(args.scene.max_shapes));
+        }
         print_missing(&found);
         // Taking a scene of a million objects apart again takes as long as a quarter of reading it.
         std::mem::forget(found);

@@ -53,6 +53,8 @@ enum Command {
 enum Failure {
     /// A scene has errors: exit code 1.
     Scene,
+    /// A scene is too large to be rendered: exit code 1.
+    Large(String),
     /// Pictures differ more than allowed: exit code 1.
     Differs(String),
     /// The command line asks for something that makes no sense: exit code 2.
@@ -81,7 +83,7 @@ pub fn main() -> ExitCode {
     let (message, code) = match done {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Scene) => return ExitCode::from(1),
-        Err(Failure::Differs(message)) => (message, 1),
+        Err(Failure::Large(message) | Failure::Differs(message)) => (message, 1),
         Err(Failure::Usage(message)) => (message, 2),
         Err(Failure::Machine(message)) => (message, 3),
     };

@@ -3,7 +3,9 @@
 use super::Failure;
 use octray::eval::{self, Evaluation, Stream};
 use octray::lang::Severity;
+use octray::render::shape_counts;
 use octray::scene::Scene;
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +27,10 @@ pub struct SceneArgs {
     /// Let the scene's #fopen write in and below this folder; may be given several times
     #[arg(long = "allow-write", value_name = "DIR")]
     pub write_paths: Vec<PathBuf>,
+    /// Render no scene of more shapes than this: each takes 300 to 700 bytes while it is rendered. A script of a few lines
+    /// can ask for more than any memory holds
+    #[arg(long, value_name = "N", default_value_t = 20_000_000)]
+    pub max_shapes: u64,
     /// How errors and warnings are shown
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Human)]
     pub message_format: MessageFormat,
@@ -42,16 +48,37 @@ pub enum MessageFormat {
 }
 
 /// Reads a scene and prints its diagnostics, and unless `quiet` what its `#debug` and `#warning` write, to the
-/// standard error stream. `Failure::Scene` if it has errors.
+/// standard error stream. `Failure::Scene` if it has errors, or too many shapes to be rendered.
 pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) -> Result<Scene, Failure> {
-    let found = evaluate(path, args, size);
+    let found = eval::load(path, &options(args, size));
     print_messages(&found, quiet, args.message_format);
-    if found.has_errors() { Err(Failure::Scene) } else { Ok(found.scene) }
+    if found.has_errors() {
+        return Err(Failure::Scene);
+    }
+    let shapes = shapes(&shape_counts(&found.scene));
+    if shapes > args.max_shapes {
+        let name = path.display();
+        return Err(Failure::Large(format!("{name} has {}; {}", many(shapes), over_limit(args.max_shapes))));
+    }
+    Ok(found.scene)
 }
 
-/// Reads a scene and says nothing.
-pub fn evaluate(path: &Path, args: &SceneArgs, size: (usize, usize)) -> Evaluation {
-    eval::load(path, &options(args, size))
+/// How many shapes of all kinds.
+pub fn shapes(counts: &BTreeMap<&'static str, u64>) -> u64 {
+    counts.values().fold(0, |sum, count| sum.saturating_add(*count))
+}
+
+/// A number of shapes in words; counting stops at the largest number there is.
+pub fn many(shapes: u64) -> String {
+    match shapes {
+        u64::MAX => format!("over {} shapes", u64::MAX - 1),
+        _ => format!("{shapes} shapes"),
+    }
+}
+
+/// What to do about too many shapes.
+pub fn over_limit(limit: u64) -> String {
+    format!("octray render takes at most {limit}: raise --max-shapes if there is memory for more")
 }
 
 /// What the arguments tell a scene.

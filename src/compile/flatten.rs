@@ -54,6 +54,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         interior_of: FxHashMap::default(),
         kept: Vec::new(),
         rank: 0,
+        nodes: 0,
         to_compiled: Transform::translate(-origin),
         default_texture: Arc::new(Texture::default()),
     };
@@ -64,6 +65,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
             texture: None,
             interior_texture: None,
             interior: None,
+            own_interior: 0,
+            own_interiors: false,
             root: Arc::as_ptr(object) as usize,
             flags: Flags::default(),
             separable: true,
@@ -202,6 +205,10 @@ struct Handed {
     texture: Option<(Arc<Texture>, Transform)>,
     interior_texture: Option<(Arc<Texture>, Transform)>,
     interior: Option<Arc<Interior>>,
+    /// Names the interior if it is known to nobody else: odd, which no address is; else 0.
+    own_interior: usize,
+    /// Interiors from here on are known to nobody else.
+    own_interiors: bool,
     /// Names the top-level object: the identity of its air.
     root: usize,
     flags: Flags,
@@ -210,7 +217,8 @@ struct Handed {
 }
 
 impl Handed {
-    fn to(&self, object: &Object) -> Self {
+    /// What `object` has of its own and from its ancestors. `number` is unlike that of any other node.
+    fn to(&self, object: &Object, number: usize) -> Self {
         let place = |texture: &Arc<Texture>| (texture.clone(), self.place);
         let (mine, his) = (object.flags, self.flags);
         // What hides an object from rays is asked of whole objects, not of parts of composites (measured in POV-Ray 3.7).
@@ -228,6 +236,12 @@ impl Handed {
                 .map(place)
                 .or_else(|| self.interior_texture.clone()),
             interior: object.interior.clone().or_else(|| self.interior.clone()),
+            own_interior: match object.interior {
+                Some(_) if self.own_interiors => 2 * number + 1,
+                Some(_) => 0,
+                None => self.own_interior,
+            },
+            own_interiors: self.own_interiors || object.own_interiors,
             root: self.root,
             flags: Flags {
                 no_shadow: his.no_shadow || (whole && mine.no_shadow),
@@ -259,6 +273,8 @@ struct Pass<S: Scalar> {
     interior_of: FxHashMap<usize, u32>,
     kept: Vec<Arc<Interior>>,
     rank: u32,
+    /// Nodes met.
+    nodes: usize,
     to_compiled: Transform,
     /// POV-Ray's, for faces that nothing gives a look.
     default_texture: Arc<Texture>,
@@ -267,7 +283,7 @@ struct Pass<S: Scalar> {
 impl<S: Scalar> Pass<S> {
     /// An object that nothing encloses but unions.
     fn object(&mut self, object: &Object, above: &Handed) {
-        let handed = above.to(object);
+        let handed = self.hand(object, above);
         if !object.clipped_by.is_empty() {
             return self.composite(object, above);
         }
@@ -293,6 +309,11 @@ impl<S: Scalar> Pass<S> {
                 }
             }
         }
+    }
+
+    fn hand(&mut self, object: &Object, above: &Handed) -> Handed {
+        self.nodes += 1;
+        above.to(object, self.nodes)
     }
 
     fn tag(&mut self, handed: &Handed) -> Tag {
@@ -341,7 +362,11 @@ impl<S: Scalar> Pass<S> {
     }
 
     fn interior(&mut self, handed: &Handed) -> u32 {
-        let key = handed.interior.as_ref().map_or(handed.root, |interior| Arc::as_ptr(interior) as usize);
+        let key = match &handed.interior {
+            Some(_) if handed.own_interior != 0 => handed.own_interior,
+            Some(interior) => Arc::as_ptr(interior) as usize,
+            None => handed.root,
+        };
         if let Some(&number) = self.interior_of.get(&key) {
             return number;
         }
@@ -419,7 +444,7 @@ impl<S: Scalar> Pass<S> {
     /// Turned inside out, a union becomes an intersection of its children turned inside out, and back (De Morgan), as
     /// in POV-Ray: only parts are ever `inverted`.
     fn node(&mut self, object: &Object, above: &Handed, inverted: bool, tags: &mut Vec<Tag>) -> (u32, Aabb) {
-        let handed = above.to(object);
+        let handed = self.hand(object, above);
         let inverted = inverted != object.flags.inverse;
         let interior = self.interior(&handed);
         let place = handed.place.then(&self.to_compiled);

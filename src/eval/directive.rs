@@ -354,6 +354,8 @@ impl Machine<'_> {
         let needs_semicolon = matches!(value, Value::Number(_));
         match element {
             Some(place) => {
+                self.check_array_depth(place.path.len() + value.array_depth())?;
+                self.charge(self.scopes.copied_by_write(&place))?;
                 if !self.scopes.set_at(&place, value) {
                     let message =
                         format!("`{}` is gone by the time its element is set", self.symbols.name(symbol));

@@ -12,6 +12,9 @@ use std::sync::Arc;
 
 use super::directive::EQUAL_WITHIN;
 
+/// Arrays may be within each other to this depth: who drops them recurses.
+const ARRAY_DEPTH: usize = 500;
+
 impl Machine<'_> {
     /// A float.
     pub fn float(&mut self) -> Res<f64> {
@@ -468,7 +471,17 @@ impl Machine<'_> {
         if self.peek_behind_value()? == Token::Mark(Mark::OpenBrace) {
             self.initialise(&dims, &mut items)?;
         }
-        Ok(Value::Array(Arc::new(Array { dims, items })))
+        let depth = 1 + items.iter().flatten().map(Value::array_depth).max().unwrap_or(0);
+        self.check_array_depth(depth)?;
+        Ok(Value::Array(Arc::new(Array { dims, items, depth })))
+    }
+
+    /// A loop can put an array into another for ever (`#declare A = array[1] { A }`).
+    pub fn check_array_depth(&self, depth: usize) -> Res<()> {
+        if depth > ARRAY_DEPTH {
+            return Err(self.halt(format!("arrays within each other more than {ARRAY_DEPTH} levels deep")));
+        }
+        Ok(())
     }
 
     fn initialise(&mut self, dims: &[usize], items: &mut [Option<Value>]) -> Res<()> {

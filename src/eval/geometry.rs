@@ -19,6 +19,9 @@ const POLYGON_HALF_THICKNESS: f64 = 1e-3;
 /// Parts that the oracle holds against a ray in the time of a step of the evaluator, about.
 const PARTS_A_STEP: u64 = 8;
 
+/// Bytes that the oracle takes for a part, about.
+const PART_BYTES: u64 = 500;
+
 /// Lowest and highest corner.
 pub(super) type Extent = (DVec3, DVec3);
 
@@ -28,14 +31,18 @@ pub(super) const EVERYWHERE: Extent = (DVec3::splat(-ENDLESS), DVec3::splat(ENDL
 impl Machine<'_> {
     /// The call of one of these; its word and `(` have been taken, `)` will be by the caller.
     pub fn geometry_call(&mut self, word: Keyword) -> Res<Num> {
-        let object = self.object_argument()?;
-        match word {
-            Keyword::MinExtent => return Ok(Num::vector(extent(&object).0)),
-            Keyword::MaxExtent => return Ok(Num::vector(extent(&object).1)),
-            _ => self.comma()?,
+        let (object, shapes) = self.object_argument()?;
+        if let Keyword::MinExtent | Keyword::MaxExtent = word {
+            self.count_steps(shapes)?;
+            let (min, max) = extent(&object);
+            return Ok(Num::vector(if word == Keyword::MinExtent { min } else { max }));
         }
+        self.comma()?;
         let point = self.vector()?;
-        self.count_steps(weight(&object) / PARTS_A_STEP)?;
+        if shapes.saturating_mul(PART_BYTES) > self.options.limits.memory {
+            return Err(self.halt(format!("stopped: `{}` of an object of {shapes} shapes", word.text())));
+        }
+        self.count_steps(shapes / PARTS_A_STEP)?;
         if word == Keyword::Inside {
             return Ok(Num::float(f64::from(reference::contains(&object, point))));
         }
@@ -65,7 +72,9 @@ impl Machine<'_> {
 
     /// An object by name or as it stands. Where a shape is not modelled its bounding box answers, and the scene is
     /// refused.
-    fn object_argument(&mut self) -> Res<Arc<Object>> {
+    ///
+    /// With it, how many shapes there are to look at.
+    fn object_argument(&mut self) -> Res<(Arc<Object>, u64)> {
         let named = self.take_named(|value| match value {
             Value::Object(object) => Some(object.clone()),
             _ => None,
@@ -80,21 +89,18 @@ impl Machine<'_> {
         if let Some(stand_in) = &value.stand_in {
             let lacks = value.lacks.clone();
             self.miss(&lacks);
-            return Ok(stand_in.clone());
+            return Ok((stand_in.clone(), value.facts.shapes));
         }
         match &value.object {
-            Some(object) => Ok(object.clone()),
-            None => Ok(Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO)))),
+            Some(object) => Ok((object.clone(), value.facts.shapes)),
+            None => Ok((Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO))), 1)),
         }
     }
-}
 
-/// How many parts every ray is held against.
-fn weight(object: &Object) -> u64 {
-    match &object.shape {
-        Shape::Csg { children, .. } => 1 + children.iter().map(|child| weight(child)).sum::<u64>(),
-        Shape::Mesh(mesh) => 1 + mesh.triangles.len() as u64,
-        _ => 1,
+    /// The bounding box of an object in the space it stands in; `None` if there is nothing.
+    pub fn extent(&mut self, value: &ObjectValue) -> Res<Option<Extent>> {
+        self.count_steps(value.facts.shapes)?;
+        Ok(value.object.as_deref().map(extent))
     }
 }
 
@@ -104,7 +110,7 @@ pub(super) fn stand_in((min, max): Extent) -> Object {
 }
 
 /// The bounding box of an object in the space it stands in.
-pub(super) fn extent(object: &Object) -> Extent {
+fn extent(object: &Object) -> Extent {
     placed(object, &Transform::IDENTITY)
 }
 

@@ -1,7 +1,7 @@
 //! `light_source { ... }` (manual section 3.4.4).
 
 use super::machine::{Machine, Res};
-use super::value::{Lacks, ObjectValue, Value};
+use super::value::{Facts, Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Token};
 use crate::scene::{Fade, Light, LightKind, Object, Rgb, Transform};
 use glam::DVec3;
@@ -18,6 +18,8 @@ struct Draft {
     fade_distance: f64,
     fade_power: f64,
     looks_like: Option<Arc<Object>>,
+    /// Of what it looks like.
+    facts: Facts,
     lacks: Lacks,
 }
 
@@ -65,6 +67,7 @@ impl Machine<'_> {
             fade_distance: 0.0,
             fade_power: 0.0,
             looks_like: None,
+            facts: Facts::default(),
             lacks: Lacks::default(),
         };
         self.comma()?;
@@ -77,6 +80,7 @@ impl Machine<'_> {
         use Keyword as K;
         let Token::Word(word) = self.peek()? else { return Ok(false) };
         if let Some(transform) = self.transform_item(word)? {
+            self.charge_move(&draft.facts)?;
             draft.transform(&transform);
             return Ok(true);
         }
@@ -164,6 +168,8 @@ impl Machine<'_> {
                 while self.modifier(&mut value)? {}
                 self.close("looks_like", open)?;
                 draft.lacks.add(&value.lacks);
+                self.charge_move(&value.facts)?;
+                draft.facts = value.facts;
                 draft.looks_like = value.object.map(|mut shared| {
                     let object = Arc::make_mut(&mut shared);
                     object.move_by(&Transform::translate(draft.light.location));
@@ -221,10 +227,10 @@ impl Draft {
         }
         ObjectValue {
             object: self.looks_like,
-            stand_in: None,
-            depth: 0,
             lights: vec![self.light],
             lacks: self.lacks,
+            facts: self.facts,
+            ..ObjectValue::default()
         }
     }
 }

@@ -4,7 +4,7 @@ use super::machine::{Lexeme, Machine, Res};
 use super::shape::is_degenerate;
 use super::value::{Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Mesh, MeshTriangle, Object, Shape, Texture};
+use crate::scene::{Mesh, MeshTriangle, Shape, Texture};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -278,11 +278,11 @@ impl Machine<'_> {
         }
         let object = if draft.mesh.triangles.is_empty() {
             self.warn("empty mesh", "a mesh of no triangles cannot be seen", span);
-            None
+            ObjectValue::default()
         } else {
-            Some(Arc::new(Object::new(Shape::Mesh(Arc::new(draft.mesh)))))
+            Shape::Mesh(Arc::new(draft.mesh)).into()
         };
-        ObjectValue { object, stand_in: None, depth: 0, lights: Vec::new(), lacks: draft.lacks }
+        ObjectValue { lacks: draft.lacks, ..object }
     }
 }
 

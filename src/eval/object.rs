@@ -2,16 +2,16 @@
 
 use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
-use super::texture::layer_over;
-use super::value::{Lacks, ObjectValue, Value, With};
+use super::value::{Facts, Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
-use crate::scene::{CsgOp, Interior, Object, Shape, Texture, Transform};
+use crate::scene::{CsgOp, Interior, Light, Object, Shape, Texture, Transform};
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// Bytes that an object takes, roughly, with its texture; for the memory limit.
 const OBJECT_BYTES: usize = 700;
 
-/// Composites may be within each other to this depth: everybody who walks them recurses. A loop can build a deeper one
+/// Objects may be within each other to this depth: everybody who walks them recurses. A loop can build a deeper one
 /// (`#declare U = union { object { U } ... }`) than braces allow to write.
 const DEPTH: usize = 500;
 
@@ -64,7 +64,7 @@ impl Machine<'_> {
                             }
                             _ => Some(Arc::new(stand_in(self.other_shape(word)?))),
                         };
-                        ObjectValue { object: None, stand_in, depth: 0, lights: Vec::new(), lacks }
+                        ObjectValue { stand_in, lacks, ..ObjectValue::default() }
                     }
                 },
             },
@@ -80,11 +80,10 @@ impl Machine<'_> {
             Value::Object(object) => Some(object.clone()),
             _ => None,
         })?;
-        let copy = named.map(|object| object.copy());
-        if copy.is_some() {
-            self.charge(OBJECT_BYTES)?;
+        if let Some(object) = &named {
+            self.charge(OBJECT_BYTES + size_of::<Light>() * object.lights.len())?;
         }
-        Ok(copy)
+        Ok(named.map(|object| object.copy()))
     }
 
     /// The children of a composite.
@@ -93,14 +92,13 @@ impl Machine<'_> {
         let mut lights = Vec::new();
         let mut lacks = Lacks::default();
         let mut cutters_missing = false;
-        let mut depth = 0;
+        let mut facts = Facts::default();
         let mut stand_ins = Vec::new();
         let mut any_stand_in = false;
         while let Some(child) = self.object()? {
-            depth = depth.max(child.depth + 1);
-            if depth > DEPTH {
-                return Err(self.halt(format!("composites within each other more than {DEPTH} levels deep")));
-            }
+            self.charge(size_of::<Light>() * child.lights.len())?;
+            facts.add(&child.facts);
+            self.check_depth(&facts)?;
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
             any_stand_in |= child.stand_in.is_some();
             stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
@@ -125,7 +123,10 @@ impl Machine<'_> {
             let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
             Arc::new(Object::new(shape))
         });
-        Ok(ObjectValue { object, stand_in, depth, lights, lacks })
+        // What a composite of composites shows of what it cuts is settled where it is cut.
+        facts.cutaway &= op == CsgOp::Union;
+        facts.shapes = facts.shapes.saturating_add(1);
+        Ok(ObjectValue { object, stand_in, lights, lacks, facts })
     }
 
     /// One modifier of an object. False if the next token is none.
@@ -133,13 +134,13 @@ impl Machine<'_> {
         use Keyword as K;
         let Token::Word(word) = self.peek()? else { return Ok(false) };
         if let Some(transform) = self.transform_item(word)? {
+            self.charge_move(&value.facts)?;
             value.transform(&transform);
-            if word == K::Scale {
-                value
-                    .object
-                    .iter_mut()
-                    .filter(|o| has_smooth_triangles(o))
-                    .for_each(|o| rescale_normals(Arc::make_mut(o)));
+            if word == K::Scale
+                && value.facts.smooth_triangles
+                && let Some(object) = &mut value.object
+            {
+                self.rescale_normals(object, &Transform::IDENTITY)?;
             }
             return Ok(true);
         }
@@ -165,12 +166,12 @@ impl Machine<'_> {
                     return Ok(true);
                 }
                 let texture = self.texture()?;
-                self.add_layer(&mut object.texture, lacks, texture);
+                self.add_layer(&mut object.texture, lacks, texture)?;
             }
             K::InteriorTexture => {
                 self.next()?;
                 let texture = self.texture()?;
-                self.add_layer(&mut object.interior_texture, lacks, texture);
+                self.add_layer(&mut object.interior_texture, lacks, texture)?;
             }
             K::Pigment | K::Finish | K::Normal => {
                 let mut texture = match &object.texture {
@@ -187,19 +188,21 @@ impl Machine<'_> {
                 let interior = self.interior(object.interior.as_deref())?;
                 lacks.add(&interior.lacks);
                 object.interior = Some(interior.value);
+                value.facts.interior = true;
             }
             K::Material => {
                 self.next()?;
                 let material = self.material()?;
                 if let Some(texture) = material.texture {
-                    self.add_layer(&mut object.texture, lacks, texture);
+                    self.add_layer(&mut object.texture, lacks, texture)?;
                 }
                 if let Some(texture) = material.interior_texture {
-                    self.add_layer(&mut object.interior_texture, lacks, texture);
+                    self.add_layer(&mut object.interior_texture, lacks, texture)?;
                 }
                 if let Some(interior) = material.interior {
                     lacks.add(&interior.lacks);
                     object.interior = Some(interior.value);
+                    value.facts.interior = true;
                 }
             }
             K::ClippedBy | K::BoundedBy => {
@@ -214,8 +217,11 @@ impl Machine<'_> {
                         object.clipped_by.clone()
                     };
                 }
-                while let Some(helper) = self.helper(lacks)? {
-                    helpers.extend(helper);
+                while let Some(helper) = self.helper()? {
+                    lacks.add(&helper.lacks);
+                    value.facts.add_helper(&helper.facts);
+                    self.check_depth(&value.facts)?;
+                    helpers.extend(helper.object);
                 }
                 self.close(word.text(), open)?;
                 if word == K::ClippedBy {
@@ -252,6 +258,7 @@ impl Machine<'_> {
                 self.next()?;
                 if let Shape::Csg { cutaway_textures, .. } = &mut object.shape {
                     *cutaway_textures = true;
+                    value.facts.cutaway = true;
                 }
             }
             K::Open => {
@@ -290,24 +297,40 @@ impl Machine<'_> {
     }
 
     /// An object within `clipped_by` or `bounded_by`.
-    fn helper(&mut self, lacks: &mut Lacks) -> Res<Option<Option<Arc<Object>>>> {
-        let helper = match self.named_object()? {
-            Some(value) => value,
-            None => match self.object()? {
-                Some(value) => value,
-                None => return Ok(None),
-            },
-        };
-        lacks.add(&helper.lacks);
-        Ok(Some(helper.object))
+    fn helper(&mut self) -> Res<Option<ObjectValue>> {
+        match self.named_object()? {
+            Some(value) => Ok(Some(value)),
+            None => self.object(),
+        }
+    }
+
+    fn check_depth(&self, facts: &Facts) -> Res<()> {
+        if facts.depth > DEPTH {
+            return Err(self.halt(format!("objects within each other more than {DEPTH} levels deep")));
+        }
+        Ok(())
+    }
+
+    /// A move copies what clips and what bounds.
+    pub fn charge_move(&mut self, facts: &Facts) -> Res<()> {
+        match facts.helpers {
+            0 => Ok(()),
+            helpers => self.charge(OBJECT_BYTES.saturating_mul(helpers as usize)),
+        }
     }
 
     /// Another texture over those that the object has.
-    fn add_layer(&mut self, slot: &mut Option<Arc<Texture>>, lacks: &mut Lacks, texture: With<Texture>) {
+    fn add_layer(
+        &mut self,
+        slot: &mut Option<Arc<Texture>>,
+        lacks: &mut Lacks,
+        texture: With<Texture>,
+    ) -> Res<()> {
         lacks.add(&texture.lacks);
         let mut layers = slot.take().map(|texture| With::new(Texture::clone(&texture)));
-        layer_over(&mut layers, texture);
+        self.layer_over(&mut layers, texture)?;
         *slot = layers.map(|layers| Arc::new(layers.value));
+        Ok(())
     }
 
     /// Puts an object and its lights into the scene.
@@ -316,22 +339,33 @@ impl Machine<'_> {
         self.scene.lights.extend(value.lights);
         if let Some(mut object) = value.object {
             // Each is an object of its own, even if it is one and the same declared object.
-            self.give_default(Arc::make_mut(&mut object));
+            self.give_default(Arc::make_mut(&mut object), value.facts.cutaway, &mut Given::default());
             self.scene.objects.push(object);
         }
     }
 
-    /// Gives the default texture to what has none, but not to what `cutaway_textures` is to give one.
-    fn give_default(&mut self, object: &mut Object) {
+    /// Gives the default texture to what has none, but not to what `cutaway_textures` is to give one. `cutaway` is false if
+    /// no part is known to have that.
+    fn give_default(&mut self, object: &mut Object, cutaway: bool, given: &mut Given) {
         if object.texture.is_some() {
             return;
         }
         match &mut object.shape {
             Shape::Csg { cutaway_textures: true, .. } => {}
             Shape::Csg { op: CsgOp::Union, children, .. }
-                if children.iter().any(|child| is_cutaway(child)) =>
+                if cutaway && children.iter().any(|child| given.is_cutaway(child)) =>
             {
-                children.iter_mut().for_each(|child| self.give_default(Arc::make_mut(child)));
+                for child in children {
+                    let before = Arc::as_ptr(child);
+                    match given.with_default.get(&before) {
+                        Some((_, after)) => *child = after.clone(),
+                        None => {
+                            let kept = child.clone();
+                            self.give_default(Arc::make_mut(child), true, given);
+                            given.with_default.insert(before, (kept, child.clone()));
+                        }
+                    }
+                }
             }
             _ => {
                 let lacks = self.default_texture.lacks.clone();
@@ -339,6 +373,39 @@ impl Machine<'_> {
                 object.texture = Some(self.shared_default());
             }
         }
+    }
+
+    /// POV-Ray makes the placed normals of a `smooth_triangle` unit vectors again at a `scale`, but not at a `matrix` or
+    /// `transform`, nor those of a mesh (measured). Done here by lengthening them before they are placed. `outer` leads from
+    /// the parent's space to where the scale was said.
+    fn rescale_normals(&mut self, object: &mut Arc<Object>, outer: &Transform) -> Res<()> {
+        let shared = match &object.shape {
+            Shape::Triangle { normals: Some(_), .. } | Shape::Csg { .. } => Arc::get_mut(object).is_none(),
+            _ => return Ok(()),
+        };
+        if shared {
+            self.charge(OBJECT_BYTES)?;
+        }
+        self.count_steps(1)?;
+        let object = Arc::make_mut(object);
+        let place = object.transform.then(outer);
+        match &mut object.shape {
+            Shape::Triangle { normals: Some(normals), .. } => {
+                for n in normals.iter_mut() {
+                    let length = place.normal(*n).length();
+                    if length > 0.0 && length.is_finite() {
+                        *n /= length;
+                    }
+                }
+            }
+            Shape::Csg { children, .. } => {
+                for child in children {
+                    self.rescale_normals(child, &place)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     fn shared_default(&mut self) -> Arc<Texture> {
@@ -353,35 +420,26 @@ impl Machine<'_> {
     }
 }
 
-/// POV-Ray makes the placed normals of a `smooth_triangle` unit vectors again at a `scale`, but not at a `matrix` or
-/// `transform`, nor those of a mesh (measured). Done here by lengthening them before they are placed.
-fn rescale_normals(object: &mut Object) {
-    fn within(object: &mut Object, outer: &Transform) {
-        let place = object.transform.then(outer);
-        match &mut object.shape {
-            Shape::Triangle { normals: Some(normals), .. } => {
-                for n in normals.iter_mut() {
-                    let length = place.normal(*n).length();
-                    if length > 0.0 && length.is_finite() {
-                        *n /= length;
-                    }
-                }
-            }
-            Shape::Csg { children, .. } => {
-                children.iter_mut().for_each(|child| within(Arc::make_mut(child), &place));
-            }
-            _ => {}
-        }
-    }
-    within(object, &Transform::IDENTITY);
+/// What has been found under way by [`Machine::give_default`], by the address of a shared part.
+#[derive(Default)]
+struct Given {
+    cutaway: FxHashMap<*const Object, bool>,
+    /// The part before, which is kept so that its address stays its own, and after.
+    with_default: FxHashMap<*const Object, (Arc<Object>, Arc<Object>)>,
 }
 
-/// Composites share their children: what need not change is not copied.
-fn has_smooth_triangles(object: &Object) -> bool {
-    match &object.shape {
-        Shape::Triangle { normals, .. } => normals.is_some(),
-        Shape::Csg { children, .. } => children.iter().any(|child| has_smooth_triangles(child)),
-        _ => false,
+impl Given {
+    /// True if an untextured part of it shows what it cuts.
+    fn is_cutaway(&mut self, object: &Arc<Object>) -> bool {
+        let Shape::Csg { cutaway_textures, op, children } = &object.shape else { return false };
+        let key = Arc::as_ptr(object);
+        if let Some(&known) = self.cutaway.get(&key) {
+            return known;
+        }
+        let found =
+            *cutaway_textures || (*op == CsgOp::Union && children.iter().any(|child| self.is_cutaway(child)));
+        self.cutaway.insert(key, found);
+        found
     }
 }
 
@@ -390,10 +448,16 @@ impl ObjectValue {
     /// pieces of glass (measured), while the children of one union share the union's.
     fn copy(&self) -> Self {
         let mut copy = self.clone();
-        if let Some(object) = &mut copy.object
-            && has_interior(object)
+        if self.facts.interior
+            && let Some(object) = &mut copy.object
         {
-            renew_interiors(Arc::make_mut(object));
+            let object = Arc::make_mut(object);
+            if let Some(interior) = &mut object.interior {
+                *interior = Arc::new(Interior::clone(interior));
+            }
+            // Those of the children are made new by whoever takes the tree apart: a copy of all of it here would double with
+            // every line of `#declare A = union { object { A } object { A } }`.
+            object.own_interiors = true;
         }
         copy
     }
@@ -410,33 +474,15 @@ impl ObjectValue {
     }
 }
 
-fn has_interior(object: &Object) -> bool {
-    object.interior.is_some()
-        || matches!(&object.shape, Shape::Csg { children, .. } if children.iter().any(|child| has_interior(child)))
-}
-
-fn renew_interiors(object: &mut Object) {
-    if let Some(interior) = &mut object.interior {
-        *interior = Arc::new(Interior::clone(interior));
-    }
-    if let Shape::Csg { children, .. } = &mut object.shape {
-        for child in children {
-            if has_interior(child) {
-                renew_interiors(Arc::make_mut(child));
-            }
-        }
-    }
-}
-
 impl From<Object> for ObjectValue {
     fn from(object: Object) -> Self {
-        Self {
-            object: Some(Arc::new(object)),
-            stand_in: None,
-            depth: 0,
-            lights: Vec::new(),
-            lacks: Lacks::default(),
-        }
+        let (shapes, smooth_triangles) = match &object.shape {
+            Shape::Mesh(mesh) => (mesh.triangles.len() as u64, false),
+            Shape::Triangle { normals, .. } => (1, normals.is_some()),
+            _ => (1, false),
+        };
+        let facts = Facts { shapes, smooth_triangles, ..Facts::default() };
+        Self { object: Some(Arc::new(object)), facts, ..Self::default() }
     }
 }
 
@@ -490,14 +536,4 @@ pub(super) fn is_object(word: Keyword) -> bool {
             | K::Superellipsoid
             | K::Text
     )
-}
-
-/// True if an untextured part of it shows what it cuts.
-fn is_cutaway(object: &Object) -> bool {
-    match &object.shape {
-        Shape::Csg { cutaway_textures, op, children } => {
-            *cutaway_textures || (*op == CsgOp::Union && children.iter().any(|child| is_cutaway(child)))
-        }
-        _ => false,
-    }
 }

@@ -77,13 +77,7 @@ impl Machine<'_> {
 
     /// The objects and lights of a `light_group`; its `global_lights` is among its modifiers.
     pub fn light_group(&mut self) -> Res<ObjectValue> {
-        let mut group = ObjectValue {
-            object: None,
-            stand_in: None,
-            depth: 0,
-            lights: Vec::new(),
-            lacks: Default::default(),
-        };
+        let mut group = ObjectValue::default();
         while let Some(child) = self.object()? {
             group.lacks.add(&child.lacks);
         }
@@ -162,10 +156,10 @@ impl Machine<'_> {
         self.finite()?;
         let mut part = Growing::default();
         ends.iter().for_each(|end| part.add(*end, radius));
-        let mut value = super::geometry::stand_in(part.extent()).into();
+        let mut value = ObjectValue::from(super::geometry::stand_in(part.extent()));
         while self.modifier(&mut value)? {}
         self.close(word.text(), open)?;
-        if let Some((min, max)) = value.object.as_deref().map(super::geometry::extent) {
+        if let Some((min, max)) = self.extent(&value)? {
             around.add(min, 0.0);
             around.add(max, 0.0);
         }
@@ -254,8 +248,9 @@ impl Machine<'_> {
         let open = self.open("contained_by")?;
         let object = self.object()?;
         self.close("contained_by", open)?;
-        match object.and_then(|value| value.object) {
-            Some(object) => Ok(super::geometry::extent(&object)),
+        let extent = object.map(|value| self.extent(&value)).transpose()?;
+        match extent.flatten() {
+            Some(extent) => Ok(extent),
             None => Err(self.error_here("expected a box or a sphere in `contained_by`")),
         }
     }

@@ -117,7 +117,44 @@ impl Scopes {
         };
         let array = Place { symbol: place.symbol, binding: place.binding, path: front.into() };
         let Some(Value::Array(array)) = self.at_mut(&array) else { return false };
-        Arc::make_mut(array).items.get_mut(last).map(|cell| *cell = Some(value)).is_some()
+        let array = Arc::make_mut(array);
+        let inner = value.array_depth();
+        let deeper = inner + 1 > array.depth;
+        let found = array.items.get_mut(last).map(|cell| *cell = Some(value)).is_some();
+        if deeper {
+            self.deepen(place, inner);
+        }
+        found
+    }
+
+    /// Tells the arrays on the way to `place` that `inner` arrays within each other are there now.
+    fn deepen(&mut self, place: &Place, inner: usize) {
+        for down in 0..place.path.len() {
+            let outer = Place { path: place.path[..down].into(), ..*place };
+            if let Some(Value::Array(array)) = self.at_mut(&outer) {
+                let array = Arc::make_mut(array);
+                array.depth = array.depth.max(place.path.len() - down + inner);
+            }
+        }
+    }
+
+    /// Bytes that a write to `place` copies: arrays are shared until then.
+    pub fn copied_by_write(&self, place: &Place) -> usize {
+        let bindings = self.bindings.get(place.symbol.0 as usize);
+        let binding = bindings.and_then(|bindings| bindings.get(place.binding));
+        let mut value = match binding {
+            Some(Binding { slot: Slot::Value(value), .. }) => Some(value),
+            _ => None,
+        };
+        let (mut bytes, mut shared) = (0, false);
+        for &index in &place.path {
+            let Some(Value::Array(array)) = value else { break };
+            // What a copy holds is shared with what it is a copy of.
+            shared |= Arc::strong_count(array) > 1;
+            bytes += if shared { size_of_val(&array.items[..]) } else { 0 };
+            value = array.items.get(index).and_then(Option::as_ref);
+        }
+        bytes
     }
 
     /// `#declare`: rewrites the innermost binding, or makes one in the outermost scope.

@@ -35,13 +35,7 @@ impl Machine<'_> {
         Ok(Some(match shape {
             Some(shape) => shape.into(),
             // It has no points; the scene goes on without it.
-            None => ObjectValue {
-                object: None,
-                stand_in: None,
-                depth: 0,
-                lights: Vec::new(),
-                lacks: Default::default(),
-            },
+            None => ObjectValue::default(),
         }))
     }
 

@@ -251,7 +251,7 @@ impl Machine<'_> {
                     self.next()?;
                     let mut layers = Some(texture);
                     let above = self.texture()?;
-                    super::texture::layer_over(&mut layers, above);
+                    self.layer_over(&mut layers, above)?;
                     texture = layers.unwrap_or_default();
                 }
                 let shared = With { value: Arc::new(texture.value), lacks: texture.lacks };

@@ -7,6 +7,9 @@ use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{Finish, Interior, Layer, Texture};
 use std::sync::Arc;
 
+/// A script may lay a texture over itself again and again (`#declare T = texture { T } texture { T }`).
+const MOST_LAYERS: usize = 1_000;
+
 impl Machine<'_> {
     /// The block behind `texture`.
     pub fn texture(&mut self) -> Res<With<Texture>> {
@@ -17,10 +20,28 @@ impl Machine<'_> {
                 _ => None,
             })?;
             let mut texture = named.unwrap_or_else(|| m.default_texture.clone());
+            m.charge(size_of::<Layer>() * texture.value.layers.len())?;
             while m.texture_item(&mut texture)? {}
             m.close("texture", open)?;
             Ok(texture)
         })
+    }
+
+    /// Another `texture` on top of those that are there.
+    pub fn layer_over(&self, below: &mut Option<With<Texture>>, mut above: With<Texture>) -> Res<()> {
+        match below {
+            None => *below = Some(above),
+            Some(below) => {
+                if below.value.layers.len() + above.value.layers.len() > MOST_LAYERS {
+                    return Err(self.halt(format!("a texture of more than {MOST_LAYERS} layers")));
+                }
+                settle(&mut below.value);
+                settle(&mut above.value);
+                below.value.layers.append(&mut above.value.layers);
+                below.lacks.add(&above.lacks);
+            }
+        }
+        Ok(())
     }
 
     /// The declared texture, if what follows `texture` is just `{ Name }`: nothing need be copied.
@@ -226,12 +247,12 @@ impl Machine<'_> {
                     Keyword::Texture => {
                         m.next()?;
                         let texture = m.texture()?;
-                        layer_over(&mut material.texture, texture);
+                        m.layer_over(&mut material.texture, texture)?;
                     }
                     Keyword::InteriorTexture => {
                         m.next()?;
                         let texture = m.texture()?;
-                        layer_over(&mut material.interior_texture, texture);
+                        m.layer_over(&mut material.interior_texture, texture)?;
                     }
                     Keyword::Interior => {
                         m.next()?;
@@ -278,18 +299,5 @@ pub(super) fn settle(texture: &mut Texture) {
             fold(&mut layer.pigment, &texture.transform);
         }
         texture.transform = Default::default();
-    }
-}
-
-/// Another `texture` on top of those that are there.
-pub(super) fn layer_over(below: &mut Option<With<Texture>>, mut above: With<Texture>) {
-    match below {
-        None => *below = Some(above),
-        Some(below) => {
-            settle(&mut below.value);
-            settle(&mut above.value);
-            below.value.layers.append(&mut above.value.layers);
-            below.lacks.add(&above.lacks);
-        }
     }
 }

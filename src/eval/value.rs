@@ -47,6 +47,8 @@ pub(super) struct Num {
 pub(super) struct Array {
     pub dims: SmallVec<[usize; 2]>,
     pub items: Vec<Option<Value>>,
+    /// Arrays within each other, itself included; never less than there are.
+    pub depth: usize,
 }
 
 /// Parameters, and where the body's tokens are.
@@ -74,16 +76,50 @@ pub(super) struct Material {
 }
 
 /// A thing that can be placed: an object, the lights that came with it, and what is not modelled in them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct ObjectValue {
     /// `None` for a bare light, and for a shape that is not modelled.
     pub object: Option<Arc<Object>>,
     /// What a script may ask instead of `object`, if that or a part of it is not modelled.
     pub stand_in: Option<Arc<Object>>,
-    /// Composites within each other.
-    pub depth: usize,
     pub lights: Vec<Light>,
     pub lacks: Lacks,
+    pub facts: Facts,
+}
+
+/// What is known of an object and everything it is made of, so that nobody has to walk it: its parts are shared, and a script
+/// of forty lines can make an object to whose parts there are 2^40 ways.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Facts {
+    /// Objects within each other.
+    pub depth: usize,
+    /// As often as they are met on the way down; a mesh's triangles each.
+    pub shapes: u64,
+    /// Objects in `clipped_by` and `bounded_by`, and in theirs.
+    pub helpers: u64,
+    /// Some part has an interior of its own.
+    pub interior: bool,
+    pub smooth_triangles: bool,
+    /// Some part shows what it cuts.
+    pub cutaway: bool,
+}
+
+impl Facts {
+    /// Takes in a part.
+    pub fn add(&mut self, part: &Facts) {
+        self.depth = self.depth.max(part.depth + 1);
+        self.shapes = self.shapes.saturating_add(part.shapes);
+        self.interior |= part.interior;
+        self.smooth_triangles |= part.smooth_triangles;
+        self.cutaway |= part.cutaway;
+    }
+
+    /// Takes in an object that clips or bounds.
+    pub fn add_helper(&mut self, helper: &Facts) {
+        self.depth = self.depth.max(helper.depth + 1);
+        self.shapes = self.shapes.saturating_add(helper.shapes);
+        self.helpers = self.helpers.saturating_add(helper.helpers).saturating_add(1);
+    }
 }
 
 /// Indices into the machine's table of what was met and is not modelled; sorted, each once.
@@ -165,6 +201,11 @@ impl Num {
 }
 
 impl Value {
+    /// How many arrays are within each other in it.
+    pub fn array_depth(&self) -> usize {
+        if let Value::Array(array) = self { array.depth } else { 0 }
+    }
+
     /// What kind of thing it is, for messages.
     pub fn kind(&self) -> &'static str {
         match self {

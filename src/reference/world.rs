@@ -256,6 +256,8 @@ struct Inherited<'s> {
     to_world: Transform,
     look: Look<'s>,
     inverted: bool,
+    /// Interiors from here on are known to nobody else.
+    own_interiors: bool,
     /// The parent is a plain union, whose parts are as good as objects of their own.
     separable: bool,
 }
@@ -264,13 +266,19 @@ impl Builder {
     fn top_level<'s>(&mut self, object: &'s Object) -> Node<'s> {
         // Every object has an interior; one that is not given is of its own kind of air.
         let interior = match &object.interior {
-            Some(interior) => self.interior(interior),
-            None => self.fresh(),
+            Some(interior) => self.interior(interior, false),
+            None => self.fresh(&Arc::new(Interior::default())),
         };
         let look = Look { texture: None, interior_texture: None, interior, flags: Flags::default() };
         self.node(
             object,
-            &Inherited { to_world: Transform::IDENTITY, look, inverted: false, separable: true },
+            &Inherited {
+                to_world: Transform::IDENTITY,
+                look,
+                inverted: false,
+                own_interiors: false,
+                separable: true,
+            },
         )
     }
 
@@ -282,7 +290,7 @@ impl Builder {
             interior: object
                 .interior
                 .as_ref()
-                .map_or(parent.look.interior, |interior| self.interior(interior)),
+                .map_or(parent.look.interior, |interior| self.interior(interior, parent.own_interiors)),
             flags: inherit(parent.look.flags, object.flags, parent.separable),
         };
         let inverted = parent.inverted != object.flags.inverse;
@@ -291,9 +299,10 @@ impl Builder {
             Shape::Csg { op, children, .. } => {
                 let (join, first_inverted, others_inverted) = join(*op, inverted);
                 let separable = parent.separable && *op == CsgOp::Union && object.clipped_by.is_empty();
+                let own_interiors = parent.own_interiors || object.own_interiors;
                 let mut child = |(i, child): (usize, &'s Arc<Object>)| {
                     let inverted = if i == 0 { first_inverted } else { others_inverted };
-                    self.node(child, &Inherited { to_world, look, inverted, separable })
+                    self.node(child, &Inherited { to_world, look, inverted, own_interiors, separable })
                 };
                 let children: Vec<_> = children.iter().enumerate().map(&mut child).collect();
                 let cuttable = if *op == CsgOp::Difference { 1 } else { children.len() };
@@ -333,17 +342,17 @@ impl Builder {
         }
     }
 
-    fn fresh(&mut self) -> InteriorId {
-        self.interiors.push(Arc::new(Interior::default()));
+    fn fresh(&mut self, interior: &Arc<Interior>) -> InteriorId {
+        self.interiors.push(interior.clone());
         InteriorId(self.interiors.len() - 1)
     }
 
-    fn interior(&mut self, interior: &Arc<Interior>) -> InteriorId {
+    fn interior(&mut self, interior: &Arc<Interior>, own: bool) -> InteriorId {
+        if own {
+            return self.fresh(&Arc::new(Interior::clone(interior)));
+        }
         let known = self.interiors.iter().position(|known| Arc::ptr_eq(known, interior));
-        InteriorId(known.unwrap_or_else(|| {
-            self.interiors.push(interior.clone());
-            self.interiors.len() - 1
-        }))
+        known.map_or_else(|| self.fresh(interior), InteriorId)
     }
 }
 

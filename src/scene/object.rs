@@ -24,7 +24,7 @@ pub struct Object {
     pub texture: Option<Arc<Texture>>,
     /// Its look from inside, if another.
     pub interior_texture: Option<Arc<Texture>>,
-    /// What is in it; compared by identity.
+    /// What is in it; compared by identity, but see `own_interiors`.
     pub interior: Option<Arc<Interior>>,
     /// Only what is inside all of these is there.
     pub clipped_by: Vec<Arc<Object>>,
@@ -32,6 +32,9 @@ pub struct Object {
     pub bounded_by: Vec<Arc<Object>>,
     /// Switches.
     pub flags: Flags,
+    /// The interiors of its children (and theirs) are its own, each wherever it is met, though they share an `Arc` with
+    /// other objects: it is a copy of a declared composite.
+    pub own_interiors: bool,
 }
 
 /// Geometry, in the object's own space.
@@ -157,6 +160,7 @@ impl Object {
             clipped_by: Vec::new(),
             bounded_by: Vec::new(),
             flags: Flags::default(),
+            own_interiors: false,
         }
     }
 

@@ -36,8 +36,8 @@ impl Texture {
 
 /// An `interior`: what light meets between entering and leaving.
 ///
-/// Which interior a ray is in is decided by identity (`Arc::ptr_eq`), not by value: two objects of equal glass
-/// that touch are two interiors.
+/// Which interior a ray is in is decided by identity (`Arc::ptr_eq`, and [`super::Object::own_interiors`]), not by value: two
+/// objects of equal glass that touch are two interiors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interior {
     /// Index of refraction; 1 bends nothing.
