@@ -2,7 +2,9 @@
 //!
 //! Inputs are scenes of this repository (and of an installed POV-Ray, in a long run) with pieces cut, doubled, swapped,
 //! spliced and overwritten, and plain noise. `OCTRAY_FUZZ_SECONDS` is the budget (default 3), `OCTRAY_FUZZ_SEED` picks
-//! the sequence. What fails is written to the folder for temporary files, and the test says where.
+//! the sequence, `OCTRAY_FUZZ_FOLDER` is where each input is written before it is run (default: the folder for temporary
+//! files): a stack overflow or an abort leaves its input behind, as `octray-fuzz-<process>.scn`. Every input is evaluated as
+//! `octray check` would, its diagnostics are shown in both forms, and its shapes are counted.
 
 use octray::eval::{Limits, Options, from_text};
 use std::path::{Path, PathBuf};
@@ -12,8 +14,15 @@ use std::time::{Duration, Instant};
 /// One input may take this long: the limits below stop a script after well under a second, on a busy machine.
 const HANG: Duration = Duration::from_secs(30);
 
-/// Kilobytes the whole process may hold: twice what the limits allow one script.
-const MEMORY_KB: u64 = 1_500_000;
+/// Kilobytes the whole process may hold, looked at every [`WATCH`]: six times what the limits below allow one script by the
+/// evaluator's own estimate.
+const MEMORY_KB: u64 = 3 << 19;
+
+/// How often the watchman looks.
+const WATCH: Duration = Duration::from_millis(50);
+
+/// A long run says how far it is this often.
+const REPORT: Duration = Duration::from_secs(300);
 
 /// What is put in at random places.
 const PIECES: &[&str] = &[
@@ -198,10 +207,27 @@ fn resident_kb() -> u64 {
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-fn keep(text: &[u8], what: &str) -> String {
-    let path = std::env::temp_dir().join(format!("octray-fuzz-{what}-{}.scn", std::process::id()));
-    let kept = std::fs::write(&path, text).is_ok();
-    if kept { path.display().to_string() } else { format!("{text:?}") }
+/// Since when the input is under way, if one is; and whether all is over.
+struct UnderWay {
+    since: Option<Instant>,
+    done: bool,
+}
+
+/// Ends the process if an input takes too long or too much: neither can be stopped from inside.
+fn watch(under_way: &Mutex<UnderWay>, input: &Path) {
+    loop {
+        std::thread::sleep(WATCH);
+        let now = under_way.lock().unwrap();
+        if now.done {
+            return;
+        }
+        let late = now.since.is_some_and(|since| since.elapsed() > HANG);
+        if late || resident_kb() > MEMORY_KB {
+            let what = if late { format!("over {HANG:?}") } else { format!("over {MEMORY_KB} kB") };
+            eprintln!("an input takes {what}: {}", input.display());
+            std::process::exit(101);
+        }
+    }
 }
 
 #[test]
@@ -223,26 +249,20 @@ fn no_text_breaks_the_front_end() {
         limits: Limits { steps: 1_000_000, calls: 500, memory: 256 << 20, errors: 50 },
         ..Options::default()
     };
-    let under_way: Mutex<Option<(Instant, Vec<u8>)>> = Mutex::new(None);
-    let done = std::sync::atomic::AtomicBool::new(false);
+    let folder = std::env::var_os("OCTRAY_FUZZ_FOLDER").map_or_else(std::env::temp_dir, PathBuf::from);
+    let input = folder.join(format!("octray-fuzz-{}.scn", std::process::id()));
+    let under_way = Mutex::new(UnderWay { since: None, done: false });
     let mut random = Random(number("OCTRAY_FUZZ_SEED").unwrap_or(1));
     let begin = Instant::now();
-    let mut count = 0u64;
+    let (mut count, mut bytes, mut reported) = (0u64, 0u64, begin);
+    let mut longest = (Duration::ZERO, Vec::new());
     std::thread::scope(|scope| {
-        // A hang cannot be stopped from inside: the watchman ends the process.
-        scope.spawn(|| {
-            while !done.load(std::sync::atomic::Ordering::Relaxed) {
-                std::thread::sleep(Duration::from_millis(200));
-                let late = under_way.lock().unwrap().take_if(|(since, _)| since.elapsed() > HANG);
-                if let Some((_, text)) = late {
-                    eprintln!("an input takes over {HANG:?}: {}", keep(&text, "hang"));
-                    std::process::exit(101);
-                }
-            }
-        });
+        scope.spawn(|| watch(&under_way, &input));
         while begin.elapsed() < budget {
             let text = mutated(&seeds, &mut random);
-            *under_way.lock().unwrap() = Some((Instant::now(), text.clone()));
+            std::fs::write(&input, &text).expect("the input is kept before it is run");
+            let since = Instant::now();
+            under_way.lock().unwrap().since = Some(since);
             let readable = String::from_utf8_lossy(&text);
             let result = std::panic::catch_unwind(|| {
                 let found = from_text("fuzz.scn", &readable, &options);
@@ -251,17 +271,36 @@ fn no_text_breaks_the_front_end() {
                     diagnostic.render(&found.sources, false);
                     diagnostic.json(&found.sources);
                 }
+                octray::render::shape_counts(&found.scene);
             });
-            *under_way.lock().unwrap() = None;
+            under_way.lock().unwrap().since = None;
             count += 1;
-            if result.is_err() || resident_kb() > MEMORY_KB {
-                done.store(true, std::sync::atomic::Ordering::Relaxed);
-                let what = if result.is_err() { "panic" } else { "memory" };
-                panic!("input {count} ends in {what}: {}", keep(&text, what));
+            bytes += text.len() as u64;
+            if result.is_err() {
+                under_way.lock().unwrap().done = true;
+                panic!("input {count} ends in a panic: {}", input.display());
+            }
+            if since.elapsed() > longest.0 {
+                longest = (since.elapsed(), text);
+            }
+            if reported.elapsed() > REPORT {
+                reported = Instant::now();
+                println!("{count} inputs in {:?}, the longest {:?}", begin.elapsed(), longest.0);
             }
         }
-        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        under_way.lock().unwrap().done = true;
     });
-    println!("{count} inputs from {} scenes", seeds.len());
+    std::fs::remove_file(&input).expect("it has been written");
+    println!(
+        "{count} inputs of {bytes} bytes from {} scenes in {:?}; the longest took {:?} for {} bytes",
+        seeds.len(),
+        begin.elapsed(),
+        longest.0,
+        longest.1.len()
+    );
+    if seconds.is_some() {
+        std::fs::write(input.with_extension("longest.scn"), &longest.1)
+            .expect("the folder can be written to");
+    }
     assert!(count > 10, "only {count} inputs in {budget:?}");
 }
