@@ -48,6 +48,7 @@ fn sets(bench: &Workbench) -> [(&'static str, RaySet); 4] {
         direction: DVec3::new(-0.08, -0.55, 1.0),
         right: DVec3::X * 0.8,
         up: DVec3::Y * 0.8,
+        ..Camera::default()
     };
     let made = CameraRays::new(bench, &camera, 256);
     [

@@ -283,7 +283,14 @@ impl Args {
         }
         let side = 2.0 * (self.fov.to_radians() / 2.0).tan();
         let up = right.cross(direction) * side;
-        Ok(Camera { projection: Projection::Perspective, location: eye, direction, right: right * side, up })
+        Ok(Camera {
+            projection: Projection::Perspective,
+            location: eye,
+            direction,
+            right: right * side,
+            up,
+            ..Camera::default()
+        })
     }
 }
 

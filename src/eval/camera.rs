@@ -1,9 +1,9 @@
 //! `camera { ... }` (manual section 3.4.2): keywords in any order, worked off in POV-Ray's order at the end.
 
 use super::machine::{Machine, Res};
-use super::value::{Lacks, Value};
+use super::value::{Lacks, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Camera, Projection, Transform};
+use crate::scene::{Camera, Lens, LensKind, Normal, Pigment, Projection, Transform};
 use glam::DVec3;
 
 /// A camera's words before they are worked off.
@@ -22,12 +22,13 @@ pub(super) struct CameraSpec {
     transform: Transform,
     /// A kind of camera that is not modelled: its angle may be a full turn.
     foreign: bool,
+    lens: Lens,
     pub lacks: Lacks,
 }
 
 impl Default for CameraSpec {
     fn default() -> Self {
-        let Camera { projection, location, direction, right, up } = Camera::default();
+        let Camera { projection, location, direction, right, up, .. } = Camera::default();
         Self {
             projection,
             location,
@@ -40,6 +41,7 @@ impl Default for CameraSpec {
             axes_given: false,
             transform: Transform::IDENTITY,
             foreign: false,
+            lens: Lens::default(),
             lacks: Lacks::default(),
         }
     }
@@ -106,7 +108,8 @@ impl Machine<'_> {
                 self.next()?;
                 let angle = self.finite()?;
                 self.comma()?;
-                self.optional_float()?;
+                spec.lens.angles_deg = vec![angle];
+                spec.lens.angles_deg.extend(self.optional_float()?);
                 if !(angle > 0.0) {
                     return Err(
                         self.error_here(format!("the camera's `angle` must be positive, found {angle}"))
@@ -114,47 +117,94 @@ impl Machine<'_> {
                 }
                 spec.angle_deg = Some(angle);
             }
-            K::Fisheye | K::UltraWideAngle | K::Omnimax | K::Panoramic | K::Spherical | K::MeshCamera => {
+            K::Fisheye
+            | K::UltraWideAngle
+            | K::Omnimax
+            | K::Panoramic
+            | K::Spherical
+            | K::MeshCamera
+            | K::Cylinder => {
                 self.next()?;
                 spec.foreign = true;
                 let lacks = self.lack(format!("camera {{ {} }}", word.text()), at);
-                if word == K::MeshCamera {
-                    self.block_left_out(word.text())?;
-                }
                 spec.lacks.add(&lacks);
+                spec.lens.kind = Some(match word {
+                    K::Fisheye => LensKind::Fisheye,
+                    K::UltraWideAngle => LensKind::UltraWideAngle,
+                    K::Omnimax => LensKind::Omnimax,
+                    K::Panoramic => LensKind::Panoramic,
+                    K::Spherical => LensKind::Spherical,
+                    K::Cylinder => {
+                        LensKind::Cylinder(self.integer("the kind of a cylinder camera", 1, 4)? as u8)
+                    }
+                    _ => self.mesh_camera()?,
+                });
             }
-            K::Cylinder => {
-                self.next()?;
-                self.float()?;
-                spec.foreign = true;
-                spec.lacks.add(&self.lack("camera { cylinder }", at));
-            }
+            // The rest is only of use with an aperture.
             K::Aperture => {
                 self.next()?;
-                if self.finite()? != 0.0 {
+                spec.lens.blur.aperture = self.finite()?;
+                if spec.lens.blur.aperture != 0.0 {
                     spec.lacks.add(&self.lack("aperture", at));
                 }
             }
-            // Only of use with an aperture.
-            K::BlurSamples | K::Variance | K::Confidence | K::FocalPoint => {
+            K::BlurSamples => {
                 self.next()?;
-                self.expr()?;
-                if self.accept(Mark::Comma)? {
-                    self.expr()?;
-                }
+                let first = self.finite()?;
+                let second = if self.accept(Mark::Comma)? { self.finite()? } else { first };
+                spec.lens.blur.samples = [first.min(second), first.max(second)];
+            }
+            K::Variance | K::Confidence | K::FocalPoint => {
+                let blur = &mut spec.lens.blur;
+                let _ = self.float_item(&mut [
+                    (K::Variance, &mut blur.variance),
+                    (K::Confidence, &mut blur.confidence),
+                ])? || self.vector_item(&mut [(K::FocalPoint, &mut blur.focal_point)])?;
             }
             K::Bokeh => {
                 self.next()?;
-                self.block_left_out("bokeh")?;
+                let open = self.open("bokeh")?;
+                if self.accept_word(K::Pigment)? {
+                    let mut pigment = With::new(Pigment::default());
+                    self.pigment(&mut pigment)?;
+                    spec.lens.blur.bokeh = Some(Box::new(pigment.value));
+                }
+                self.close("bokeh", open)?;
             }
             K::Normal => {
                 self.next()?;
-                let lacks = self.normal(at)?;
-                spec.lacks.add(&lacks);
+                let mut normal = With::new(Normal::default());
+                self.normal(&mut normal)?;
+                spec.lacks.add(&normal.lacks);
+                spec.lens.normal = Some(Box::new(normal.value));
             }
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// `{ rays, distribution, [max distance,] mesh ... [smooth] }` behind `mesh_camera`.
+    fn mesh_camera(&mut self) -> Res<LensKind> {
+        let open = self.open("mesh_camera")?;
+        let rays = self.integer("the rays of a pixel", 1, u32::MAX)?;
+        self.comma()?;
+        let distribution = self.integer("the distribution of a mesh camera", 0, 3)? as u8;
+        self.comma()?;
+        let max_distance = self.optional_float()?.unwrap_or(0.0);
+        self.comma()?;
+        let mut meshes = Vec::new();
+        let mut smooth = false;
+        loop {
+            let named = self.named_object()?;
+            if let Some(value) = if named.is_some() { named } else { self.object()? } {
+                meshes.extend(value.object);
+                self.comma()?;
+            } else if !self.switch_item(&mut [(Keyword::Smooth, &mut smooth)])? {
+                break;
+            }
+        }
+        self.close("mesh_camera", open)?;
+        Ok(LensKind::Mesh { rays, distribution, max_distance, meshes, smooth })
     }
 
     /// The camera that a spec comes to.
@@ -199,6 +249,12 @@ impl Machine<'_> {
             direction: t.vector(direction),
             right: t.vector(right),
             up: t.vector(up),
+            lens: None,
+        };
+        let lens = Lens { angles_deg: spec.lens.angles_deg.clone(), ..Lens::default() };
+        let camera = match lens == spec.lens {
+            true => camera,
+            false => Camera { lens: Some(Box::new(spec.lens.clone())), ..camera },
         };
         let flat = camera.direction.cross(camera.right).dot(camera.up);
         if !(flat.abs() > 0.0) {

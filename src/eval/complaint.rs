@@ -10,6 +10,11 @@ impl Machine<'_> {
         self.programs[lexeme.program as usize].span(lexeme.index as usize)
     }
 
+    /// A token as it is written.
+    pub fn text_of(&self, lexeme: Lexeme) -> &str {
+        self.sources.text(self.span(lexeme))
+    }
+
     /// A token as a message names it.
     pub fn describe(&self, lexeme: Lexeme) -> String {
         match lexeme.token {

@@ -3,7 +3,7 @@
 use super::machine::{Machine, Res};
 use super::value::{Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Finish, Reflection, Rgb};
+use crate::scene::{Finish, Reflection, Rgb, Subsurface};
 
 /// `phong albedo` and `diffuse albedo` are shares of all light sent back; these turn them into plain amounts once
 /// the exponents are known.
@@ -120,7 +120,14 @@ impl Machine<'_> {
             }
             K::Subsurface => {
                 self.next()?;
-                base.lacks.add(&self.lack_with_block(word, at)?);
+                base.lacks.add(&self.lack(word.text(), at));
+                let open = self.open(word.text())?;
+                let mut subsurface = Subsurface { translucency: Rgb::ZERO, anisotropy: 0.0 };
+                while self.rgb_item(&mut [(K::Translucency, &mut subsurface.translucency)])?
+                    || self.float_item(&mut [(K::Anisotropy, &mut subsurface.anisotropy)])?
+                {}
+                self.close(word.text(), open)?;
+                base.value.subsurface = Some(subsurface);
             }
             K::UseAlpha => {
                 self.next()?;

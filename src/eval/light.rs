@@ -3,7 +3,7 @@
 use super::machine::{Machine, Res};
 use super::value::{Facts, Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Token};
-use crate::scene::{Fade, Light, LightKind, Object, Rgb, Transform};
+use crate::scene::{AreaLight, Fade, Light, LightKind, LightMore, Object, Rgb, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -20,6 +20,9 @@ struct Draft {
     looks_like: Option<Arc<Object>>,
     /// Of what it looks like.
     facts: Facts,
+    area: AreaLight,
+    is_area: bool,
+    more: LightMore,
     lacks: Lacks,
 }
 
@@ -58,6 +61,7 @@ impl Machine<'_> {
                 parallel: false,
                 shadowless: false,
                 fade: None,
+                more: None,
             },
             beam: Beam::Point,
             was_cylinder: false,
@@ -68,6 +72,9 @@ impl Machine<'_> {
             fade_power: 0.0,
             looks_like: None,
             facts: Facts::default(),
+            area: AreaLight::default(),
+            is_area: false,
+            more: LightMore::default(),
             lacks: Lacks::default(),
         };
         self.comma()?;
@@ -130,41 +137,43 @@ impl Machine<'_> {
             K::AreaLight => {
                 self.next()?;
                 draft.lacks.add(&self.lack("area_light", at));
-                self.vector()?;
+                let first = self.vector()?;
                 self.comma()?;
-                self.vector()?;
+                let second = self.vector()?;
                 self.comma()?;
-                self.float()?;
-                self.comma()?;
-                self.float()?;
+                let mut size = [1; 2];
+                for count in &mut size {
+                    *count = self.integer("the size of an area_light", 1, u32::MAX)?;
+                    self.comma()?;
+                }
+                draft.is_area = true;
+                (draft.area.axes, draft.area.size) = ([first, second], size);
             }
-            // Details of an area light.
+            // Details of an area light, which may come before it.
             K::Adaptive => {
                 self.next()?;
-                self.float()?;
+                draft.area.adaptive = Some(self.finite()?);
             }
             K::Jitter | K::Circular | K::Orient => {
                 self.next()?;
+                *match word {
+                    K::Jitter => &mut draft.area.jitter,
+                    K::Circular => &mut draft.area.circular,
+                    _ => &mut draft.area.orient,
+                } = true;
             }
-            K::AreaIllumination => {
-                self.next()?;
-                self.switch_value()?;
-            }
-            // Of meaning only where there are media.
-            K::MediaInteraction | K::MediaAttenuation => {
-                self.next()?;
-                self.switch_value()?;
+            // Of meaning only where there are media, or an area.
+            K::AreaIllumination | K::MediaInteraction | K::MediaAttenuation => {
+                self.switch_item(&mut [
+                    (K::AreaIllumination, &mut draft.area.illumination),
+                    (K::MediaInteraction, &mut draft.more.media_interaction),
+                    (K::MediaAttenuation, &mut draft.more.media_attenuation),
+                ])?;
             }
             K::LooksLike => {
                 self.next()?;
                 let open = self.open("looks_like")?;
-                let mut value = match self.named_object()? {
-                    Some(value) => value,
-                    None => match self.object()? {
-                        Some(value) => value,
-                        None => return self.expected("an object"),
-                    },
-                };
+                let mut value = self.any_object()?;
                 while self.modifier(&mut value)? {}
                 self.close("looks_like", open)?;
                 draft.lacks.add(&value.lacks);
@@ -179,11 +188,16 @@ impl Machine<'_> {
             }
             K::ProjectedThrough => {
                 self.next()?;
-                draft.lacks.add(&self.lack_with_block(word, at)?);
+                draft.lacks.add(&self.lack(word.text(), at));
+                let open = self.open(word.text())?;
+                let mut value = self.any_object()?;
+                while self.modifier(&mut value)? {}
+                self.close(word.text(), open)?;
+                draft.more.projected_through = value.object;
             }
             K::Photons => {
                 self.next()?;
-                self.block_left_out("photons")?;
+                draft.more.photons = Some(self.photon_use()?);
                 self.ignore("photons of a light", at);
             }
             _ => return Ok(false),
@@ -196,6 +210,10 @@ impl Draft {
     fn transform(&mut self, transform: &Transform) {
         self.light.location = transform.point(self.light.location);
         self.light.point_at = transform.point(self.light.point_at);
+        self.area.axes = self.area.axes.map(|axis| transform.vector(axis));
+        if let Some(object) = &mut self.more.projected_through {
+            Arc::make_mut(object).move_by(transform);
+        }
         if let Some(object) = &mut self.looks_like {
             Arc::make_mut(object).move_by(transform);
         }
@@ -224,6 +242,10 @@ impl Draft {
         }
         if self.fade_power > 0.0 && self.fade_distance.abs() > 1e-10 {
             self.light.fade = Some(Fade { distance: self.fade_distance, power: self.fade_power });
+        }
+        self.more.area = self.is_area.then_some(self.area);
+        if self.more != LightMore::default() {
+            self.light.more = Some(Box::new(self.more));
         }
         ObjectValue {
             object: self.looks_like,

@@ -246,20 +246,4 @@ impl<'a> Machine<'a> {
     pub fn unclosed(&mut self, what: &str, open: Lexeme) -> Stop {
         self.error(format!("this `{{` of `{what}` is never closed"), self.span(open))
     }
-
-    /// Takes everything up to the `}` that belongs to an `{` already taken.
-    pub fn skip_block(&mut self, what: &str, open: Lexeme) -> Res<()> {
-        let inside = self.braces;
-        let expand = std::mem::replace(&mut self.expand, false);
-        let result = loop {
-            match self.next() {
-                Ok(Lexeme { token: Token::End, .. }) => break Err(self.unclosed(what, open)),
-                Ok(_) if self.braces < inside => break Ok(()),
-                Ok(_) => {}
-                Err(stop) => break Err(stop),
-            }
-        };
-        self.expand = expand;
-        result
-    }
 }

@@ -61,17 +61,17 @@ impl Machine<'_> {
         if index == next {
             list.met.push((feature, span, false));
         }
-        Lacks(smallvec::smallvec![index])
+        Lacks { met: smallvec::smallvec![index], depth: 0 }
     }
 
     /// Takes a feature out of `lacks`: it has turned out not to be needed.
     pub fn forget(&self, lacks: &mut Lacks, feature: &str) {
-        lacks.0.retain(|index| self.missing.met[*index as usize].0 != feature);
+        lacks.met.retain(|index| self.missing.met[*index as usize].0 != feature);
     }
 
     /// The scene has everything in `lacks`.
     pub fn miss(&mut self, lacks: &Lacks) {
-        for &index in &lacks.0 {
+        for &index in &lacks.met {
             let (feature, span, told) = &mut self.missing.met[index as usize];
             if !std::mem::replace(told, true) {
                 let (feature, span) = (feature.clone(), *span);

@@ -10,6 +10,7 @@
 //! assert_eq!(done.scene.objects.len(), 1);
 //! ```
 
+mod atmosphere;
 mod builtin;
 mod camera;
 mod color;
@@ -21,16 +22,24 @@ mod directive;
 mod expr;
 mod files;
 mod finish;
+mod follows;
 mod function;
 mod geometry;
+mod image;
+mod item;
 mod light;
 mod machine;
+mod media;
 mod mesh;
 mod missing;
+mod normal;
 mod object;
 mod other_shape;
+mod pattern;
+mod patterned;
 mod pigment;
 mod scope;
+mod settings;
 mod shape;
 mod spline;
 mod statement;

@@ -86,6 +86,15 @@ impl Machine<'_> {
         Ok(named.map(|object| object.copy()))
     }
 
+    /// An object by name or as it stands.
+    pub fn any_object(&mut self) -> Res<ObjectValue> {
+        let named = self.named_object()?;
+        match if named.is_some() { named } else { self.object()? } {
+            Some(value) => Ok(value),
+            None => self.expected("an object or the name of one"),
+        }
+    }
+
     /// The children of a composite.
     fn csg(&mut self, op: CsgOp, at: Lexeme) -> Res<ObjectValue> {
         let mut children = Vec::new();
@@ -274,17 +283,19 @@ impl Machine<'_> {
                 self.next()?;
                 self.switch_value()?;
             }
-            K::Photons | K::Radiosity => {
+            K::Photons => {
                 self.next()?;
-                self.block_left_out(word.text())?;
-                self.ignore(
-                    if word == K::Photons { "photons of an object" } else { "radiosity of an object" },
-                    at,
-                );
+                object.photons = Some(Box::new(self.photon_use()?));
+                self.ignore("photons of an object", at);
+            }
+            K::Radiosity => {
+                self.next()?;
+                self.radiosity_importance()?;
+                self.ignore("radiosity of an object", at);
             }
             K::UvMapping => {
                 self.next()?;
-                self.switch_value()?;
+                object.uv_mapping = self.switch_value()?;
                 lacks.add(&self.lack("uv_mapping", at));
             }
             // A very old form of `quick_color`.
@@ -470,6 +481,9 @@ impl ObjectValue {
         for light in &mut self.lights {
             light.location = transform.point(light.location);
             light.point_at = transform.point(light.point_at);
+            if let Some(area) = light.more.as_mut().and_then(|more| more.area.as_mut()) {
+                area.axes = area.axes.map(|axis| transform.vector(axis));
+            }
         }
     }
 }

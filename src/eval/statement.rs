@@ -2,11 +2,15 @@
 
 use super::color::is_rgb;
 use super::machine::{Machine, Res, Stop};
+use super::normal::Normals;
 use super::object::is_object;
+use super::patterned::Spread;
+use super::pigment::{Densities, Pigments};
 use super::string::is_string_function;
-use super::value::{Num, Value, With};
+use super::texture::Textures;
+use super::value::{NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Finish, Gamma};
+use crate::scene::{Finish, Gamma, Normal};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
@@ -92,89 +96,13 @@ impl Machine<'_> {
                 self.next()?;
                 self.global_settings()?;
             }
-            Keyword::Fog | Keyword::SkySphere | Keyword::Rainbow | Keyword::Media => {
-                self.next()?;
-                let lacks = self.lack_with_block(word, at)?;
-                self.miss(&lacks);
-            }
+            _ if self.atmosphere(word, at)? => {}
             _ => match self.object()? {
                 Some(object) => self.place(object),
                 None => return self.expected("an object, a light, a camera or a directive"),
             },
         }
         Ok(true)
-    }
-
-    /// The block behind `global_settings` (manual section 3.4.1).
-    fn global_settings(&mut self) -> Res<()> {
-        use Keyword as K;
-        let open = self.open("global_settings")?;
-        while let Token::Word(word) = self.peek()? {
-            let at = self.peek_lexeme()?;
-            match word {
-                K::AssumedGamma => {
-                    self.next()?;
-                    self.gamma_set = true;
-                    self.scene.globals.assumed_gamma = if self.accept_word(K::Srgb)? {
-                        Gamma::Srgb
-                    } else {
-                        let gamma = self.finite()?;
-                        if !(gamma > 0.0) {
-                            return Err(
-                                self.error_here(format!("`assumed_gamma` must be positive, found {gamma}"))
-                            );
-                        }
-                        Gamma::Power(gamma)
-                    };
-                }
-                K::MaxTraceLevel => {
-                    self.next()?;
-                    // POV-Ray's largest is 256.
-                    self.scene.globals.max_trace_level = self.finite()?.clamp(1.0, 256.0) as u32;
-                }
-                K::AdcBailout => {
-                    self.next()?;
-                    self.scene.globals.adc_bailout = self.finite()?;
-                }
-                K::AmbientLight => {
-                    self.next()?;
-                    self.scene.globals.ambient_light = self.rgb()?;
-                }
-                K::IridWavelength => {
-                    self.next()?;
-                    self.scene.globals.irid_wavelength = self.rgb()?;
-                }
-                K::MaxIntersections | K::NumberOfWaves | K::NoiseGenerator | K::MmPerUnit => {
-                    self.next()?;
-                    self.float()?;
-                }
-                K::HfGray16 => {
-                    self.next()?;
-                    self.switch_value()?;
-                }
-                K::Charset => {
-                    self.next()?;
-                    self.next()?;
-                }
-                K::Radiosity | K::Photons | K::Subsurface => {
-                    self.next()?;
-                    let open = self.open(word.text())?;
-                    if !self.accept(Mark::CloseBrace)? {
-                        self.skip_block(word.text(), open)?;
-                    }
-                    // `photons` without a target and `subsurface` without a finish that has it change nothing;
-                    // radiosity always does.
-                    if word == K::Radiosity {
-                        let lacks = self.lack("radiosity", at);
-                        self.miss(&lacks);
-                    } else {
-                        self.ignore(word.text(), at);
-                    }
-                }
-                _ => break,
-            }
-        }
-        self.close("global_settings", open)
     }
 
     /// `#default { ... }`.
@@ -198,7 +126,7 @@ impl Machine<'_> {
                 }
                 Keyword::Radiosity => {
                     self.next()?;
-                    self.block_left_out("radiosity")?;
+                    self.radiosity_importance()?;
                 }
                 _ => break,
             }
@@ -207,10 +135,22 @@ impl Machine<'_> {
         self.close("#default", open)
     }
 
+    /// A map by itself.
+    fn map_value<S: Spread>(&mut self) -> Res<Value> {
+        self.next()?;
+        let map = self.blend_map::<S>(false)?;
+        Ok(Value::Map(Arc::new(With { value: S::to_name(map.value), lacks: map.lacks })))
+    }
+
+    /// What a `normal` starts from: that of the default texture.
+    fn default_normal(&self) -> Normal {
+        let default = self.default_texture.value.layers.last().and_then(|layer| layer.normal.as_deref());
+        default.cloned().unwrap_or_default()
+    }
+
     /// A value that begins with a word of the language.
     pub fn word_value(&mut self, word: Keyword) -> Res<Value> {
         use Keyword as K;
-        let at = self.peek_lexeme()?;
         Ok(match word {
             _ if is_rgb(word) || matches!(word, K::Color | K::Colour) => {
                 Value::Number(Num { n: 5, v: self.color_components()? })
@@ -267,8 +207,9 @@ impl Machine<'_> {
             }
             K::Normal => {
                 self.next()?;
-                self.normal(at)?;
-                Value::Normal
+                let mut normal = With::new(self.default_normal());
+                self.normal(&mut normal)?;
+                Value::Normal(Arc::new(normal))
             }
             K::Interior => {
                 self.next()?;
@@ -286,19 +227,19 @@ impl Machine<'_> {
                 self.next()?;
                 Value::Camera(Arc::new(self.camera()?))
             }
-            K::Fog
-            | K::Rainbow
-            | K::SkySphere
-            | K::Media
-            | K::Density
-            | K::PigmentMap
-            | K::TextureMap
-            | K::NormalMap
-            | K::SlopeMap
-            | K::DensityMap => {
+            K::PigmentMap => self.map_value::<Pigments>()?,
+            K::TextureMap => self.map_value::<Textures>()?,
+            K::NormalMap => self.map_value::<Normals>()?,
+            K::DensityMap => self.map_value::<Densities>()?,
+            K::SlopeMap => {
                 self.next()?;
-                self.lack_with_block(word, at)?;
-                Value::Missing(word.text())
+                Value::Map(Arc::new(With::new(NamedMap::Slopes(self.slope_map()?))))
+            }
+            K::Fog | K::Rainbow | K::SkySphere | K::Media | K::Density => {
+                match self.atmosphere_value(word)? {
+                    Some(value) => value,
+                    None => return self.expected("a value"),
+                }
             }
             _ if is_object(word) => match self.object()? {
                 Some(object) => Value::Object(Arc::new(object)),

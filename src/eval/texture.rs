@@ -1,27 +1,46 @@
 //! `texture`, `material` and `interior` (manual sections 3.4.6 and 3.4.7).
 
 use super::machine::{Machine, Res};
-use super::pigment::{fold, is_pattern};
-use super::value::{Material, Value, With};
+use super::patterned::Spread;
+use super::pigment::fold;
+use super::value::{Material, NamedMap, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Finish, Interior, Layer, Texture};
+use crate::scene::{
+    AnyPattern, BlockPattern, Finish, Image, Interior, Layer, Map, Normal, OtherPattern, Pattern, Patterned,
+    Texture,
+};
 use std::sync::Arc;
 
 /// A script may lay a texture over itself again and again (`#declare T = texture { T } texture { T }`).
 const MOST_LAYERS: usize = 1_000;
+
+/// Textures as what a pattern spreads.
+pub(super) struct Textures;
+
+impl Spread for Textures {
+    type Item = Texture;
+    const WORD: Keyword = Keyword::Texture;
+    const MAP: Keyword = Keyword::TextureMap;
+
+    fn body(m: &mut Machine<'_>) -> Res<With<Texture>> {
+        m.texture_body()
+    }
+
+    fn named(map: &NamedMap) -> Option<&Vec<(f64, Texture)>> {
+        if let NamedMap::Textures(map) = map { Some(map) } else { None }
+    }
+
+    fn to_name(entries: Vec<(f64, Texture)>) -> NamedMap {
+        NamedMap::Textures(entries)
+    }
+}
 
 impl Machine<'_> {
     /// The block behind `texture`.
     pub fn texture(&mut self) -> Res<With<Texture>> {
         self.deeper(|m| {
             let open = m.open("texture")?;
-            let named = m.take_named(|value| match value {
-                Value::Texture(texture) => Some(texture.copy()),
-                _ => None,
-            })?;
-            let mut texture = named.unwrap_or_else(|| m.default_texture.clone());
-            m.charge(size_of::<Layer>() * texture.value.layers.len())?;
-            while m.texture_item(&mut texture)? {}
+            let texture = m.texture_body()?;
             m.close("texture", open)?;
             Ok(texture)
         })
@@ -44,6 +63,25 @@ impl Machine<'_> {
         Ok(())
     }
 
+    /// What stands between a texture's braces.
+    fn texture_body(&mut self) -> Res<With<Texture>> {
+        let named = self.take_named(|value| match value {
+            Value::Texture(texture) => Some(texture.copy()),
+            _ => None,
+        })?;
+        let mut texture = named.unwrap_or_else(|| self.default_texture.clone());
+        let mut draft = texture.value.patterned.take().map(|said| Patterned::clone(&said));
+        while self.texture_item(&mut texture, &mut draft)? {}
+        if draft.as_ref().is_some_and(|said| matches!(said.map, Map::Own)) {
+            return Err(self.error_here("a pattern of textures wants a `texture_map`"));
+        }
+        if let Some(said) = &draft {
+            self.charge_entries(&said.map)?;
+        }
+        texture.value.patterned = draft.map(Arc::new);
+        Ok(texture)
+    }
+
     /// The declared texture, if what follows `texture` is just `{ Name }`: nothing need be copied.
     pub fn only_named_texture(&mut self) -> Res<Option<Arc<With<Arc<Texture>>>>> {
         let at = self.at as usize;
@@ -60,74 +98,99 @@ impl Machine<'_> {
         Ok(Some(texture))
     }
 
-    fn texture_item(&mut self, texture: &mut With<Texture>) -> Res<bool> {
+    fn texture_item(
+        &mut self,
+        texture: &mut With<Texture>,
+        draft: &mut Option<Patterned<Texture>>,
+    ) -> Res<bool> {
         use Keyword as K;
         let Token::Word(word) = self.peek()? else { return Ok(false) };
         if let Some(transform) = self.transform_item(word)? {
-            texture.value = texture.value.transformed(&transform);
+            texture.value.transform.move_by(&transform);
             return Ok(true);
         }
         if self.surface_item(word, texture)? {
             return Ok(true);
         }
         let at = self.peek_lexeme()?;
+        let none = || Patterned::new(AnyPattern::Number(Pattern::Onion));
         match word {
-            // Patterns of whole textures.
-            K::Checker | K::Brick | K::Hexagon | K::Gradient | K::Average | K::Function | K::ImagePattern => {
+            K::NoBumpScale => {
                 self.next()?;
-                texture.lacks.add(&self.lack(format!("texture {{ {} }}", word.text()), at));
-                match word {
-                    K::Gradient => {
-                        self.vector()?;
-                    }
-                    K::Function | K::ImagePattern => self.block_left_out(word.text())?,
-                    _ => {}
-                }
-                self.inner_textures(texture)?;
+                self.switch_value()?;
             }
-            _ if is_pattern(word) => {
+            K::UvMapping => {
                 self.next()?;
-                texture.lacks.add(&self.lack(format!("texture {{ {} }}", word.text()), at));
-                self.pattern_arguments(word)?;
-                self.inner_textures(texture)?;
+                texture.value.uv_mapping = self.switch_value()?;
+                texture.lacks.add(&self.lack(word.text(), at));
             }
-            K::TextureMap | K::MaterialMap | K::Tiles | K::Warp => {
+            K::MaterialMap | K::Tiles => {
                 self.next()?;
                 texture.lacks.add(&self.lack(word.text(), at));
-                self.block_left_out(word.text())?;
+                let mut said = none();
+                said.map = Map::List(self.old_pattern(word, &mut said.pattern, &mut texture.lacks)?);
+                stand_in(texture, &said);
+                *draft = Some(said);
             }
-            K::UvMapping | K::NoBumpScale => {
-                self.next()?;
-                if word == K::UvMapping {
-                    texture.lacks.add(&self.lack(word.text(), at));
-                }
+            _ => {
+                let before = draft.is_some();
+                let mut said = draft.take().unwrap_or_else(none);
+                let is_new = matches!(said.map, Map::Own);
+                let found = match word {
+                    _ if is_new
+                        && self.pattern_with_list::<Textures>(&mut said, &mut texture.lacks)?.is_some() =>
+                    {
+                        texture.lacks.add(&self.lack(format!("texture {{ {} }}", self.text_of(at)), at));
+                        true
+                    }
+                    K::TextureMap => {
+                        texture.lacks.add(&self.lack(word.text(), at));
+                        self.any_map::<Textures>(&mut said, &mut texture.lacks)?
+                    }
+                    _ => {
+                        self.any_map::<Textures>(&mut said, &mut texture.lacks)?
+                            || self.pattern_modifier(
+                                word,
+                                &mut said,
+                                &mut texture.value.transform,
+                                &mut texture.lacks,
+                            )?
+                    }
+                };
+                stand_in(texture, &said);
+                *draft = (before || found).then_some(said);
+                return Ok(found);
             }
-            K::BrickSize => {
-                self.next()?;
-                self.vector()?;
-            }
-            K::Mortar => {
-                self.next()?;
-                self.float()?;
-            }
-            _ => return self.modifier_of_unmodelled(word, &mut texture.lacks),
         }
         Ok(true)
     }
 
-    /// The textures that a block pattern of textures chooses from; the first one stands in.
-    fn inner_textures(&mut self, texture: &mut With<Texture>) -> Res<()> {
-        let mut first = true;
-        while self.peek()? == Token::Word(Keyword::Texture) {
-            self.next()?;
-            let inner = self.texture()?;
-            texture.lacks.add(&inner.lacks);
-            if std::mem::replace(&mut first, false) {
-                texture.value = inner.value;
-            }
-            self.comma()?;
+    /// The blocks behind `material_map` and `tiles`, the old forms of a pattern of textures.
+    fn old_pattern(
+        &mut self,
+        word: Keyword,
+        pattern: &mut AnyPattern,
+        lacks: &mut super::value::Lacks,
+    ) -> Res<Vec<Texture>> {
+        let open = self.open(word.text())?;
+        if word == Keyword::MaterialMap {
+            let mut image = Image::new(self.image_source(lacks)?);
+            while self.image_item(&mut image)? {}
+            *pattern = AnyPattern::Other(OtherPattern::Image(Box::new(image)));
+        } else {
+            *pattern = AnyPattern::Blocks(BlockPattern::Checker);
         }
-        Ok(())
+        let mut list = Vec::new();
+        while let Token::Word(Keyword::Texture) = self.peek()? {
+            self.next()?;
+            let texture = self.texture()?;
+            lacks.add(&texture.lacks);
+            list.push(texture.value);
+            self.comma()?;
+            self.accept_word(Keyword::Tile2)?;
+        }
+        self.close(word.text(), open)?;
+        Ok(list)
     }
 
     /// `pigment`, `finish` or `normal` in a texture or an object: changes the top layer. False if `word` is none.
@@ -151,24 +214,19 @@ impl Machine<'_> {
                 result?;
             }
             Keyword::Normal => {
-                let at = self.next()?;
-                let lacks = self.normal(at)?;
-                texture.lacks.add(&lacks);
+                self.next()?;
+                settle(&mut texture.value);
+                let before = top(&mut texture.value).normal.take();
+                let mut normal = With::new(before.map(|shared| Normal::clone(&shared)).unwrap_or_default());
+                let result = self.normal(&mut normal);
+                let leans = normal.value.patterned.is_some();
+                top(&mut texture.value).normal = leans.then(|| Arc::new(normal.value));
+                texture.lacks.add(&normal.lacks);
+                result?;
             }
             _ => return Ok(false),
         }
         Ok(true)
-    }
-
-    /// The block behind `normal`, which is not modelled yet.
-    pub fn normal(&mut self, at: super::machine::Lexeme) -> Res<super::value::Lacks> {
-        let open = self.open("normal")?;
-        if self.accept(Mark::CloseBrace)? {
-            return Ok(Default::default());
-        }
-        let lacks = self.lack("normal", at);
-        self.skip_block("normal", open)?;
-        Ok(lacks)
     }
 
     /// The block behind `interior`: an interior of its own, which starts from the one that is named, else from `base`, what
@@ -204,21 +262,31 @@ impl Machine<'_> {
                     }
                     K::Dispersion => {
                         m.next()?;
-                        if m.float()? != 1.0 {
+                        interior.dispersion = m.finite()?;
+                        if interior.dispersion != 1.0 {
                             lacks.add(&m.lack("dispersion", at));
                         }
                     }
-                    K::DispersionSamples | K::Refraction => {
+                    K::DispersionSamples => {
+                        m.next()?;
+                        interior.dispersion_samples = m.integer("`dispersion_samples`", 2, u32::MAX)?;
+                    }
+                    K::Refraction => {
                         m.next()?;
                         m.float()?;
                     }
                     K::Media => {
                         m.next()?;
-                        lacks.add(&m.lack_with_block(word, at)?);
+                        lacks.add(&m.lack("media", at));
+                        let media = m.media()?;
+                        lacks.depth = lacks.depth.max(media.lacks.depth);
+                        interior.media.push(media.value);
                     }
                     // Media move; nothing else in an interior does.
                     _ => match m.transform_item(word)? {
-                        Some(_) => {}
+                        Some(transform) => {
+                            interior.media.iter_mut().for_each(|media| media.transform.move_by(&transform));
+                        }
                         None => break,
                     },
                 }
@@ -292,11 +360,22 @@ pub(super) fn top(texture: &mut Texture) -> &mut Layer {
     &mut texture.layers[last]
 }
 
+/// The first of the textures that a pattern chooses from stands in for all.
+fn stand_in(texture: &mut With<Texture>, said: &Patterned<Texture>) {
+    if let Some(first) = said.map.items().next() {
+        texture.value.layers = first.layers.clone();
+    }
+}
+
 /// Moves the texture's transform into its pigments, so that what comes next is not moved by it.
 pub(super) fn settle(texture: &mut Texture) {
-    if !texture.transform.is_identity() {
+    // A pattern of textures is moved as a whole.
+    if !texture.transform.is_identity() && texture.patterned.is_none() {
         for layer in &mut texture.layers {
             fold(&mut layer.pigment, &texture.transform);
+            if let Some(normal) = &mut layer.normal {
+                Arc::make_mut(normal).transform.move_by(&texture.transform);
+            }
         }
         texture.transform = Default::default();
     }

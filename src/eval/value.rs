@@ -20,16 +20,20 @@ pub(super) enum Value {
     Pigment(Arc<With<Pigment>>),
     Texture(Arc<With<Arc<Texture>>>),
     Finish(Arc<With<Finish>>),
-    Normal,
+    Normal(Arc<With<crate::scene::Normal>>),
+    Density(Arc<With<Pigment>>),
+    Map(Arc<With<NamedMap>>),
     Interior(With<Arc<Interior>>),
     Material(Arc<Material>),
     ColorMap(Arc<With<ColorMap>>),
     Object(Arc<ObjectValue>),
     Camera(Arc<super::camera::CameraSpec>),
+    Fog(Arc<crate::scene::Fog>),
+    Rainbow(Arc<crate::scene::Rainbow>),
+    SkySphere(Arc<With<crate::scene::SkySphere>>),
+    Media(Arc<With<crate::scene::Media>>),
     /// What `#fopen` opened.
     File(u32),
-    /// Something that is read but not modelled yet: its keyword.
-    Missing(&'static str),
     /// Its declaration failed; whoever uses it fails without a word.
     Poison,
 }
@@ -58,6 +62,28 @@ pub(super) struct Macro {
     pub params: SmallVec<[Symbol; 4]>,
     pub program: u32,
     pub body: u32,
+}
+
+/// A map that was declared by itself.
+#[derive(Debug, Clone)]
+pub(super) enum NamedMap {
+    Pigments(Vec<(f64, Pigment)>),
+    Normals(Vec<(f64, crate::scene::Normal)>),
+    Textures(Vec<(f64, Texture)>),
+    Densities(Vec<(f64, Pigment)>),
+    Slopes(Vec<[f64; 3]>),
+}
+
+impl NamedMap {
+    fn kind(&self) -> &'static str {
+        match self {
+            NamedMap::Pigments(_) => "pigment_map",
+            NamedMap::Normals(_) => "normal_map",
+            NamedMap::Textures(_) => "texture_map",
+            NamedMap::Densities(_) => "density_map",
+            NamedMap::Slopes(_) => "slope_map",
+        }
+    }
 }
 
 /// A value and what is not modelled in it.
@@ -122,16 +148,22 @@ impl Facts {
     }
 }
 
-/// Indices into the machine's table of what was met and is not modelled; sorted, each once.
+/// What is not modelled in a value.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Lacks(pub SmallVec<[u32; 2]>);
+pub(super) struct Lacks {
+    /// Indices into the machine's table of what was met; sorted, each once.
+    pub met: SmallVec<[u32; 2]>,
+    /// Patterns within each other: whoever takes the value apart recurses.
+    pub depth: u32,
+}
 
 impl Lacks {
     pub fn add(&mut self, other: &Lacks) {
-        if !other.0.is_empty() {
-            self.0.extend_from_slice(&other.0);
-            self.0.sort_unstable();
-            self.0.dedup();
+        self.depth = self.depth.max(other.depth);
+        if !other.met.is_empty() {
+            self.met.extend_from_slice(&other.met);
+            self.met.sort_unstable();
+            self.met.dedup();
         }
     }
 }
@@ -224,14 +256,19 @@ impl Value {
             Value::Pigment(_) => "pigment",
             Value::Texture(_) => "texture",
             Value::Finish(_) => "finish",
-            Value::Normal => "normal",
+            Value::Normal(_) => "normal",
+            Value::Density(_) => "density",
+            Value::Map(map) => map.value.kind(),
             Value::Interior(_) => "interior",
             Value::Material(_) => "material",
             Value::ColorMap(_) => "color_map",
             Value::Object(_) => "object",
             Value::Camera(_) => "camera",
             Value::File(_) => "file",
-            Value::Missing(kind) => kind,
+            Value::Fog(_) => "fog",
+            Value::Rainbow(_) => "rainbow",
+            Value::SkySphere(_) => "sky_sphere",
+            Value::Media(_) => "media",
             Value::Poison => "value that could not be read",
         }
     }

@@ -100,6 +100,7 @@ mod tests {
             parallel: false,
             shadowless: false,
             fade: None,
+            more: None,
         }
     }
 

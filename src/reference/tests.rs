@@ -11,11 +11,8 @@ fn scene(objects: Vec<Object>) -> Scene {
 }
 
 fn textured(shape: Shape, color: Color, finish: Finish) -> Object {
-    let layers = vec![Layer { pigment: Pigment::solid(color), finish: finish.into() }];
-    Object {
-        texture: Some(Arc::new(Texture { layers, transform: Default::default() })),
-        ..Object::new(shape)
-    }
+    let layers = vec![Layer { pigment: Pigment::solid(color), finish: finish.into(), normal: None }];
+    Object { texture: Some(Arc::new(Texture { layers, ..Texture::default() })), ..Object::new(shape) }
 }
 
 /// Shows its colour, whatever the light.
@@ -271,6 +268,7 @@ fn lamp(x: f64, y: f64, z: f64) -> Light {
         parallel: false,
         shadowless: false,
         fade: None,
+        more: None,
     }
 }
 
@@ -390,12 +388,10 @@ fn slab_shifts_sight_by_snell_s_law() {
         },
         transform: Transform::scale(DVec3::splat(10.0)).into(),
     };
-    let layers = vec![Layer { pigment, finish: glow().into() }];
+    let layers = vec![Layer { pigment, finish: glow().into(), normal: None }];
     let screen = Object::clone(&glass.objects[1]);
-    glass.objects[1] = Arc::new(Object {
-        texture: Some(Arc::new(Texture { layers, transform: Default::default() })),
-        ..screen
-    });
+    glass.objects[1] =
+        Arc::new(Object { texture: Some(Arc::new(Texture { layers, ..Texture::default() })), ..screen });
     glass.camera.direction = DVec3::new(0.6, 0.0, 0.8);
     let inside = 2.0 * 0.4 / (1.0f64 - 0.16).sqrt();
     check(&glass, [(0.75 + inside + 0.75) / 10.0; 3], FILM);
@@ -509,8 +505,8 @@ fn everything(factor: f64) -> Scene {
         transform: Default::default(),
     };
     let floor = Texture {
-        layers: vec![Layer { pigment: floor, finish: shiny.clone().into() }],
-        transform: Default::default(),
+        layers: vec![Layer { pigment: floor, finish: shiny.clone().into(), normal: None }],
+        ..Texture::default()
     };
     let turned =
         Transform::rotate(DVec3::new(0.5, 0.3, 0.1)).then(&Transform::translate(DVec3::new(1.3, 1.2, 6.0)));

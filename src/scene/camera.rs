@@ -1,6 +1,8 @@
 //! The camera, after its keywords have been worked off (`look_at`, `angle`, `sky`, transforms).
 
+use super::{Normal, Object, Pigment};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// How the picture plane makes rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +31,72 @@ pub struct Camera {
     pub right: DVec3,
     /// Across the whole picture, bottom to top.
     pub up: DVec3,
+    /// What is read but not rendered.
+    pub lens: Option<Box<Lens>>,
+}
+
+/// What is said of a camera and not rendered.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Lens {
+    /// Another way to make rays.
+    pub kind: Option<LensKind>,
+    /// `angle`, one or two, degrees.
+    pub angles_deg: Vec<f64>,
+    /// Out of focus.
+    pub blur: Blur,
+    /// Bends its rays.
+    pub normal: Option<Box<Normal>>,
+}
+
+/// Kinds of camera that are not rendered (manual section 3.4.3.2).
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
+pub enum LensKind {
+    Fisheye,
+    UltraWideAngle,
+    Omnimax,
+    Panoramic,
+    Spherical,
+    /// 1 and 2: the axis stands or lies, the eye is a point; 3 and 4: the same with the eye on the axis.
+    Cylinder(u8),
+    /// Rays start from the faces of meshes.
+    Mesh {
+        rays: u32,
+        distribution: u8,
+        max_distance: f64,
+        meshes: Vec<Arc<Object>>,
+        smooth: bool,
+    },
+}
+
+/// Focal blur.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blur {
+    /// 0 is none.
+    pub aperture: f64,
+    /// Rays a pixel, at least and at most; 0 is not given.
+    pub samples: [f64; 2],
+    /// What is sharp.
+    pub focal_point: DVec3,
+    /// Rays are sent until the mean is this sure,
+    pub confidence: f64,
+    /// within this.
+    pub variance: f64,
+    /// The shape of the aperture.
+    pub bokeh: Option<Box<Pigment>>,
+}
+
+impl Default for Blur {
+    fn default() -> Self {
+        Self {
+            aperture: 0.0,
+            samples: [0.0; 2],
+            focal_point: DVec3::Z,
+            confidence: 0.9,
+            variance: 0.0001,
+            bokeh: None,
+        }
+    }
 }
 
 impl Default for Camera {
@@ -39,6 +107,7 @@ impl Default for Camera {
             direction: DVec3::Z,
             right: DVec3::X * 1.33,
             up: DVec3::Y,
+            lens: None,
         }
     }
 }

@@ -35,6 +35,17 @@ pub struct Finish {
     pub reflection: Reflection,
     /// Transmitted light is lessened by what is reflected.
     pub conserve_energy: bool,
+    /// Light that goes about below the surface; not rendered.
+    pub subsurface: Option<Subsurface>,
+}
+
+/// `subsurface { ... }`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Subsurface {
+    /// How far light goes, in millimetres.
+    pub translucency: Rgb,
+    /// 0 is isotropic.
+    pub anisotropy: f64,
 }
 
 /// The `reflection` of a finish.
@@ -72,6 +83,7 @@ impl Default for Finish {
             crand: 0.0,
             reflection: Reflection::default(),
             conserve_energy: false,
+            subsurface: None,
         }
     }
 }

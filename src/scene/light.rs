@@ -1,7 +1,8 @@
 //! Lights (manual section 3.4.4).
 
-use super::Rgb;
+use super::{Object, PhotonUse, Rgb};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A `light_source`.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +21,68 @@ pub struct Light {
     pub shadowless: bool,
     /// How it falls off with distance, if it does.
     pub fade: Option<Fade>,
+    /// What is read but not rendered.
+    pub more: Option<Box<LightMore>>,
+}
+
+/// What is said of a light and not rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightMore {
+    /// A grid of lights in place of one.
+    pub area: Option<AreaLight>,
+    /// It shines only through this.
+    pub projected_through: Option<Arc<Object>>,
+    /// Media are lit by it.
+    pub media_interaction: bool,
+    /// Media dim it.
+    pub media_attenuation: bool,
+    /// Its photons.
+    pub photons: Option<PhotonUse>,
+}
+
+/// A grid of lights about the light's place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AreaLight {
+    /// The sides of the grid.
+    pub axes: [DVec3; 2],
+    /// Lights along each side.
+    pub size: [u32; 2],
+    /// The grid is refined this many times at most where its shadow is partial.
+    pub adaptive: Option<f64>,
+    /// Each light is moved at random within its cell.
+    pub jitter: bool,
+    /// A disc instead of a rectangle.
+    pub circular: bool,
+    /// Turned to face each point.
+    pub orient: bool,
+    /// All its lights shine, not its middle alone.
+    pub illumination: bool,
+}
+
+impl Default for LightMore {
+    fn default() -> Self {
+        Self {
+            area: None,
+            projected_through: None,
+            media_interaction: true,
+            media_attenuation: false,
+            photons: None,
+        }
+    }
+}
+
+impl Default for AreaLight {
+    fn default() -> Self {
+        Self {
+            axes: [DVec3::X, DVec3::Y],
+            size: [1, 1],
+            adaptive: None,
+            jitter: false,
+            circular: false,
+            orient: false,
+            illumination: false,
+        }
+    }
 }
 
 /// The beam of a light.

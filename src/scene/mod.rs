@@ -4,30 +4,40 @@
 //! it was written nor how it will be traced. Space is POV-Ray's: left-handed, +x right, +y up, +z into the picture.
 //! Lengths are scene units, colours linear RGB, angles radians.
 
+mod atmosphere;
 mod camera;
 mod color;
 mod finish;
 pub mod function;
+mod image;
 pub mod internal;
 mod light;
 mod mesh;
 pub mod noise;
+mod normal;
 mod object;
 mod pattern;
+mod patterned;
 mod pigment;
+mod settings;
 mod spline;
 mod texture;
 mod transform;
 
-pub use camera::{Camera, Projection};
+pub use atmosphere::{Atmosphere, Fog, GroundFog, Media, Rainbow, Scattering, SkySphere};
+pub use camera::{Blur, Camera, Lens, LensKind, Projection};
 pub use color::{Color, Rgb};
-pub use finish::{Finish, Reflection};
+pub use finish::{Finish, Reflection, Subsurface};
 pub use function::Function;
-pub use light::{Fade, Light, LightKind};
+pub use image::{Computed, Image, ImageSource};
+pub use light::{AreaLight, Fade, Light, LightKind, LightMore};
 pub use mesh::{Mesh, MeshTriangle};
+pub use normal::Normal;
 pub use object::{CsgOp, Flags, Object, Shape};
 pub use pattern::Pattern;
+pub use patterned::{AnyPattern, Fractal, Map, OtherPattern, Patterned, Warp, WrapKind};
 pub use pigment::{BlockPattern, ColorMap, Pigment, PigmentKind, Wave};
+pub use settings::{PhotonUse, Photons, Radiosity};
 pub use spline::{Spline, SplineKind};
 pub use texture::{Interior, Layer, Texture};
 pub use transform::{Placement, Transform};
@@ -44,6 +54,8 @@ pub struct Scene {
     /// What a ray sees that hits nothing. `rgb` is the light as it is seen: the evaluator has dimmed the colour given by
     /// `1 - transmit`, as POV-Ray does. `transmit` counts for alpha alone, and is 1 for a scene that gives no background.
     pub background: Color,
+    /// What is about the objects.
+    pub atmosphere: Atmosphere,
     /// In order of declaration.
     pub lights: Vec<Light>,
     /// In order of declaration: on exact ties the earlier one is seen.
@@ -57,6 +69,7 @@ impl Default for Scene {
             camera: Camera::default(),
             globals: Globals::default(),
             background: Color { transmit: 1.0, ..Color::default() },
+            atmosphere: Atmosphere::default(),
             lights: Vec::new(),
             objects: Vec::new(),
         }
@@ -76,6 +89,12 @@ pub struct Globals {
     pub irid_wavelength: Rgb,
     /// Gamma of the working space; 1 is linear light.
     pub assumed_gamma: Gamma,
+    /// Of noise: 1, 2 or 3. Rendered is 2 alone.
+    pub noise_generator: u8,
+    /// Light between surfaces.
+    pub radiosity: Option<Box<Radiosity>>,
+    /// Light from lamps that is kept where it falls.
+    pub photons: Option<Box<Photons>>,
 }
 
 /// The space in which the scene's colours are given and light is summed.
@@ -98,6 +117,9 @@ impl Default for Globals {
             ambient_light: Rgb::ONE,
             irid_wavelength: Rgb::new(0.70, 0.52, 0.48),
             assumed_gamma: Gamma::Power(1.0),
+            noise_generator: 2,
+            radiosity: None,
+            photons: None,
         }
     }
 }

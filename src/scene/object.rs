@@ -1,6 +1,6 @@
 //! Shapes, and what an object adds to its shape.
 
-use super::{Interior, Mesh, Placement, Texture, Transform};
+use super::{Interior, Mesh, PhotonUse, Placement, Texture, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// A child without a texture or interior has its nearest ancestor's; the evaluator has given every top-level
 /// object a texture, but for a composite with `cutaway_textures`: without one of its own its cut faces show what they
 /// cut.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Object {
     /// The geometry.
     pub shape: Shape,
@@ -30,6 +30,10 @@ pub struct Object {
     pub clipped_by: Vec<Arc<Object>>,
     /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
     pub bounded_by: Vec<Arc<Object>>,
+    /// What is said of photons; not rendered.
+    pub photons: Option<Box<PhotonUse>>,
+    /// Textures are asked at places on the surface; not rendered.
+    pub uv_mapping: bool,
     /// Switches.
     pub flags: Flags,
     /// The interiors of its children (and theirs) are its own, each wherever it is met, though they share an `Arc` with
@@ -38,7 +42,7 @@ pub struct Object {
 }
 
 /// Geometry, in the object's own space.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// All points `radius` from `center`.
     Sphere {
@@ -159,6 +163,8 @@ impl Object {
             interior: None,
             clipped_by: Vec::new(),
             bounded_by: Vec::new(),
+            photons: None,
+            uv_mapping: false,
             flags: Flags::default(),
             own_interiors: false,
         }
@@ -174,7 +180,7 @@ impl Object {
     pub fn move_by(&mut self, next: &Transform) {
         self.transform.move_by(next);
         for texture in [&mut self.texture, &mut self.interior_texture].into_iter().flatten() {
-            if !texture.is_uniform() {
+            if !texture.is_still() {
                 *texture = Arc::new(texture.transformed(next));
             }
         }

@@ -1,7 +1,8 @@
 //! Colour over space: solid, in blocks, or along a map.
 
-use super::{Color, Pattern, Placement};
+use super::{Color, Pattern, Patterned, Placement};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A `pigment` (manual section 3.4.6.1).
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +38,13 @@ pub enum PigmentKind {
         /// Number to colour.
         map: ColorMap,
     },
+    /// What is read but not rendered.
+    Other {
+        /// As it was said.
+        said: Arc<Patterned<Pigment>>,
+        /// Stands in for it if the user has allowed that.
+        stand_in: Color,
+    },
 }
 
 /// Patterns that choose among a list of colours.
@@ -56,6 +64,20 @@ pub enum BlockPattern {
 }
 
 impl BlockPattern {
+    /// The colours it has if none are given.
+    pub fn own_colors(&self) -> &'static [Color] {
+        const RED: Color = Color::opaque(1.0, 0.0, 0.0);
+        const GREEN: Color = Color::opaque(0.0, 1.0, 0.0);
+        const BLUE: Color = Color::opaque(0.0, 0.0, 1.0);
+        const MORTAR: Color = Color::opaque(0.5, 0.5, 0.5);
+        const BRICK: Color = Color::opaque(0.6, 0.15, 0.15);
+        match self {
+            Self::Checker => &[BLUE, GREEN],
+            Self::Brick { .. } => &[MORTAR, BRICK],
+            Self::Hexagon => &[BLUE, GREEN, RED],
+        }
+    }
+
     /// How many colours the pattern chooses from.
     pub fn color_count(&self) -> usize {
         match self {
@@ -96,12 +118,18 @@ impl Pigment {
         Self { kind: PigmentKind::Solid(color), transform: Placement::IDENTITY }
     }
 
+    /// True if it is one colour everywhere, as far as it is rendered.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self.kind, PigmentKind::Solid(_) | PigmentKind::Other { .. })
+    }
+
     /// True if no point of it can let light through: POV-Ray's test, on the colours it is made of.
     pub fn is_opaque(&self) -> bool {
         match &self.kind {
             PigmentKind::Solid(color) => color.is_opaque(),
             PigmentKind::Blocks { colors, .. } => colors.iter().all(Color::is_opaque),
             PigmentKind::Mapped { map, .. } => map.entries.iter().all(|(_, c)| c.is_opaque()),
+            PigmentKind::Other { stand_in, .. } => stand_in.is_opaque(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Layers of pigment and finish on a surface, and what is inside it.
 
-use super::{Finish, Pigment, Placement, Rgb, Transform};
+use super::{Finish, Media, Normal, Patterned, Pigment, Placement, Rgb, Transform};
 use std::sync::Arc;
 
 /// A `texture`: one layer, or several over each other.
@@ -8,6 +8,10 @@ use std::sync::Arc;
 pub struct Texture {
     /// In order of declaration: the last one is on top. Never empty.
     pub layers: Vec<Layer>,
+    /// A pattern of whole textures, which is read but not rendered: the layers stand in for it.
+    pub patterned: Option<Arc<Patterned<Texture>>>,
+    /// Points are places on the surface, `<u, v, 0>`; not rendered.
+    pub uv_mapping: bool,
     /// From the texture's space to the parent space of the object that carries it (see [`super::Object`]).
     pub transform: Placement,
 }
@@ -19,11 +23,18 @@ pub struct Layer {
     pub pigment: Pigment,
     /// Its answer to light; shared, as most layers have the default one.
     pub finish: Arc<Finish>,
+    /// Its bumps; not rendered.
+    pub normal: Option<Arc<Normal>>,
 }
 
 impl Default for Texture {
     fn default() -> Self {
-        Self { layers: vec![Layer::default()], transform: Placement::IDENTITY }
+        Self {
+            layers: vec![Layer::default()],
+            patterned: None,
+            uv_mapping: false,
+            transform: Placement::IDENTITY,
+        }
     }
 }
 
@@ -50,22 +61,46 @@ pub struct Interior {
     pub fade_color: Rgb,
     /// Strength of the simulated caustics in shadows.
     pub caustics: f64,
+    /// How far `ior` is spread over the colours; 1 is not at all. Not rendered.
+    pub dispersion: f64,
+    /// Colours that dispersion parts light into.
+    pub dispersion_samples: u32,
+    /// Dust and glow; not rendered.
+    pub media: Vec<Media>,
 }
 
 impl Default for Interior {
     fn default() -> Self {
-        Self { ior: 1.0, fade_distance: 0.0, fade_power: 0.0, fade_color: Rgb::ZERO, caustics: 0.0 }
+        Self {
+            ior: 1.0,
+            fade_distance: 0.0,
+            fade_power: 0.0,
+            fade_color: Rgb::ZERO,
+            caustics: 0.0,
+            dispersion: 1.0,
+            dispersion_samples: 7,
+            media: Vec::new(),
+        }
     }
 }
 
 impl Texture {
     /// The texture moved by `next`.
     pub fn transformed(&self, next: &Transform) -> Self {
-        Self { layers: self.layers.clone(), transform: self.transform.then(next).into() }
+        let (layers, patterned) = (self.layers.clone(), self.patterned.clone());
+        Self { layers, patterned, uv_mapping: self.uv_mapping, transform: self.transform.then(next).into() }
     }
 
-    /// True if it looks the same at every point, so that transforms leave it alone.
+    /// True if transforms leave it alone.
+    pub fn is_still(&self) -> bool {
+        let still = |layer: &Layer| {
+            layer.normal.is_none() && matches!(layer.pigment.kind, super::PigmentKind::Solid(_))
+        };
+        self.patterned.is_none() && self.layers.iter().all(still)
+    }
+
+    /// True if it is rendered the same at every point.
     pub fn is_uniform(&self) -> bool {
-        self.layers.iter().all(|layer| matches!(layer.pigment.kind, super::PigmentKind::Solid(_)))
+        self.layers.iter().all(|layer| layer.pigment.is_uniform())
     }
 }

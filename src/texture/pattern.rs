@@ -30,7 +30,7 @@ impl PatternProgram {
     /// `kind` with its pattern space at `place` in the world; points come relative to `origin`.
     pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3) -> Self {
         let kind = match kind {
-            PigmentKind::Solid(color) => {
+            PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => {
                 PatternKind::Blocks { pattern: BlockPattern::Checker, colors: vec![*color; 2] }
             }
             PigmentKind::Blocks { pattern, colors } => {

@@ -62,7 +62,7 @@ impl TextureBuilder {
             .iter()
             .rev()
             .map(|layer| match &layer.pigment.kind {
-                PigmentKind::Solid(color) => *color,
+                PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
                 _ => Color::default(),
             })
             .collect();
@@ -95,7 +95,9 @@ impl TextureBuilder {
             .map(|layer| LayerProgram {
                 finish: Finish::clone(&layer.finish),
                 pigment: match (&layer.pigment.kind, place) {
-                    (PigmentKind::Solid(_), _) | (_, None) => PigmentProgram::Plain,
+                    (PigmentKind::Solid(_) | PigmentKind::Other { .. }, _) | (_, None) => {
+                        PigmentProgram::Plain
+                    }
                     (_, Some(place)) => {
                         let place = layer.pigment.transform.then(place);
                         PigmentProgram::Pattern(Box::new(PatternProgram::new(
