@@ -20,17 +20,15 @@ fn scene(seed: u64) -> Scene {
     read.scene
 }
 
-/// As in the feature scenes; the last digits of a mirror's curvature are multiplied at each bounce, so that deep
-/// paths between curved mirrors differ more: such pixels are counted, not forgiven.
+/// Light is kept in f32 (6e-8 of it is one rounding) and summed in another order; the digits that curved mirrors and
+/// glass multiply at each bounce reach this at the few bounces the scenes ask for. 10,000 scenes hold it in every pixel.
 const COLOR: f64 = 1e-6;
-/// Pixels of each scene, of 768, in which a path may hang on a tie or on the last digits of many bounces.
-const LOOSE: usize = 3;
 
 #[test]
 fn random_scenes_look_the_same_to_packets_and_oracle() {
     let scenes = std::env::var("OCTRAY_RANDOM_SCENES").ok().and_then(|n| n.parse().ok()).unwrap_or(120);
     let first = std::env::var("OCTRAY_RANDOM_FIRST").ok().and_then(|n| n.parse().ok()).unwrap_or(0);
-    let (mut wrong, mut loose) = (Vec::new(), 0);
+    let (mut wrong, mut largest) = (Vec::new(), 0.0f64);
     for seed in first..first + scenes {
         let scene = scene(seed);
         let picture = |engine| {
@@ -48,8 +46,8 @@ fn random_scenes_look_the_same_to_packets_and_oracle() {
         };
         let differences: Vec<f64> = packets.pixels.iter().zip(&oracle.pixels).map(apart).collect();
         let over = differences.iter().filter(|d| !(**d <= COLOR)).count();
-        loose += over;
-        if over > LOOSE {
+        largest = differences.iter().copied().fold(largest, f64::max);
+        if over > 0 {
             let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("random-{seed}.scn"));
             std::fs::write(kept, octray::random::scene(seed)).unwrap();
             let worst =
@@ -65,7 +63,7 @@ fn random_scenes_look_the_same_to_packets_and_oracle() {
         }
     }
     println!(
-        "{scenes} scenes, {loose} pixels over {COLOR:.0e}, {} scenes with more than {LOOSE}",
+        "{scenes} scenes from {first}: {} differ by more than {COLOR:.0e}, largest {largest:.1e}",
         wrong.len()
     );
     assert!(wrong.is_empty(), "{} scenes differ:\n{}", wrong.len(), wrong.join("\n"));

@@ -256,6 +256,11 @@ impl Handed {
     }
 }
 
+/// True of shapes that have two sides but no inside; `inverse` does not turn them (measured in POV-Ray 3.7).
+fn is_flat(shape: &Shape) -> bool {
+    matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. })
+}
+
 struct Pass<S: Scalar> {
     columns: Columns<S>,
     parts: Columns<f64>,
@@ -302,7 +307,9 @@ impl<S: Scalar> Pass<S> {
                 });
             }
             shape => {
-                let tag = self.tag(&handed);
+                let mut handed = handed;
+                handed.flags.inverse &= !is_flat(shape);
+                let tag = self.tag(&handed, false);
                 let place = handed.place.then(&self.to_compiled);
                 if let Some(kind) = push(&mut self.columns, shape, &place) {
                     self.plain[kind as usize].push(tag);
@@ -316,14 +323,15 @@ impl<S: Scalar> Pass<S> {
         above.to(object, self.nodes)
     }
 
-    fn tag(&mut self, handed: &Handed) -> Tag {
+    fn tag(&mut self, handed: &Handed, blocks: bool) -> Tag {
         let plain = || (self.default_texture.clone(), Transform::IDENTITY);
         let texture = handed.texture.clone().unwrap_or_else(plain);
         let texture = self.texture(&texture);
-        self.tag_with([texture; 3], handed)
+        self.tag_with([texture; 3], handed, blocks)
     }
 
-    fn tag_with(&mut self, textures: [u32; 3], handed: &Handed) -> Tag {
+    /// `blocks` is for what stops all light whatever texture is met.
+    fn tag_with(&mut self, textures: [u32; 3], handed: &Handed, blocks: bool) -> Tag {
         let interior_texture = handed.interior_texture.as_ref().map(|texture| self.texture(texture));
         let owner = Owner {
             textures,
@@ -332,13 +340,13 @@ impl<S: Scalar> Pass<S> {
             interior: self.interior(handed),
             inverse: handed.flags.inverse,
             double_illuminate: handed.flags.double_illuminate,
+            blocks: blocks || textures.iter().chain(&interior_texture).all(|&t| self.opaque[t as usize]),
         };
         let next = self.owners.len() as u32;
         let number = *self.owner_of.entry(owner).or_insert(next);
         if number == next {
             self.owners.push(owner);
         }
-        let blocks = textures.iter().chain(&interior_texture).all(|&t| self.opaque[t as usize]);
         let mut bits = 0;
         if !handed.flags.no_image {
             bits |= class::CAMERA;
@@ -347,7 +355,7 @@ impl<S: Scalar> Pass<S> {
             bits |= class::REFLECTED;
         }
         if !handed.flags.no_shadow {
-            bits |= if blocks { class::BLOCKS } else { class::FILTERS };
+            bits |= if owner.blocks { class::BLOCKS } else { class::FILTERS };
         }
         self.rank += 1;
         Tag { owner: number, rank: self.rank, class: bits }
@@ -391,8 +399,10 @@ impl<S: Scalar> Pass<S> {
 
     /// A tag for each triangle.
     fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> Vec<Tag> {
-        let whole = self.tag(handed);
-        let mut tags = self.look_tags(mesh, handed, whole);
+        let own = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
+        let blocks = mesh.blocks_light(own);
+        let whole = self.tag(handed, blocks);
+        let mut tags = self.look_tags(mesh, handed, whole, blocks);
         // Of two triangles at one place the first is seen, so each has a rank of its own.
         for tag in &mut tags {
             tag.rank = self.rank;
@@ -401,7 +411,7 @@ impl<S: Scalar> Pass<S> {
         tags
     }
 
-    fn look_tags(&mut self, mesh: &Mesh, handed: &Handed, whole: Tag) -> Vec<Tag> {
+    fn look_tags(&mut self, mesh: &Mesh, handed: &Handed, whole: Tag, blocks: bool) -> Vec<Tag> {
         if mesh.textures.is_empty() {
             return vec![whole; mesh.triangles.len()];
         }
@@ -413,7 +423,7 @@ impl<S: Scalar> Pass<S> {
                 None => whole,
                 Some(corners) => *tags
                     .entry(corners)
-                    .or_insert_with(|| self.tag_with(corners.map(|c| own[c as usize]), handed)),
+                    .or_insert_with(|| self.tag_with(corners.map(|c| own[c as usize]), handed, blocks)),
             })
             .collect()
     }
@@ -489,13 +499,14 @@ impl<S: Scalar> Pass<S> {
                 (NodeKind::Odd(self.list(&numbers)), bounds)
             }
             shape => {
-                let tag = self.tag(&handed);
+                let tag = self.tag(&handed, false);
                 match push(&mut self.parts, shape, &place) {
                     None => (NodeKind::Any(0..0), Aabb::EMPTY),
                     Some(kind) => {
                         let row = self.parts.len(kind) - 1;
                         let bounds = self.parts.bounds(kind, row);
-                        let solid = !matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. });
+                        let solid = !is_flat(shape);
+                        let inverted = inverted && solid;
                         let number = self.part(kind, row, solid);
                         tags.push(tag);
                         self.csg.nodes[number as usize].inverted = inverted;
@@ -514,7 +525,10 @@ impl<S: Scalar> Pass<S> {
             }
         };
         let mut number = self.push_node(kind, interior);
-        if let (Shape::Mesh(_), true) = (&object.shape, inverted) {
+        // What has no inside is nowhere inside, also when turned inside out.
+        if let (Shape::Mesh(mesh), true) = (&object.shape, inverted)
+            && mesh.inside_vector.is_some()
+        {
             self.csg.nodes[number as usize].inverted = true;
             bounds = Aabb::INFINITE;
         }

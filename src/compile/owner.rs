@@ -15,6 +15,8 @@ pub struct Owner {
     pub inverse: bool,
     /// Lit from both sides.
     pub double_illuminate: bool,
+    /// Stops all light.
+    pub blocks: bool,
 }
 
 /// Bits that say which rays see a run. A ray's filter and a run's class must share a bit.

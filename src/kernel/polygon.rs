@@ -54,6 +54,17 @@ impl<S: Scalar> Polygons<S> {
         }
     }
 
+    /// Turns the last row's front to the side that `front` points to.
+    pub fn face(&mut self, front: DVec3) {
+        let normal = self.normal.each_mut().map(|column| column.last_mut());
+        let [Some(x), Some(y), Some(z)] = normal else { return };
+        if DVec3::new(x.to_f64(), y.to_f64(), z.to_f64()).dot(front) < 0.0 {
+            for n in [x, y, z] {
+                *n = S::from_f64(-n.to_f64());
+            }
+        }
+    }
+
     /// The ranges of a polygon's outlines in the pool.
     fn ranges(&self, row: Outlines) -> &[Range<u32>] {
         &self.ends[row.first as usize..row.end as usize]

@@ -108,6 +108,20 @@ impl<S: Scalar> Triangles<S> {
         self.push_row(&row);
     }
 
+    /// Turns the last row's front to the side that `front` points to: mirrored triangles keep theirs in some places.
+    pub fn face(&mut self, front: DVec3) {
+        let Some(last) = self.len.checked_sub(1) else { return };
+        let row = self.row(last);
+        let normal = DVec3::new(row[9].to_f64(), row[10].to_f64(), row[11].to_f64());
+        if normal.dot(front) < 0.0
+            && let Some(Four(columns)) = self.fours.last_mut()
+        {
+            for column in &mut columns[9..] {
+                column[last % 4] = S::from_f64(-column[last % 4].to_f64());
+            }
+        }
+    }
+
     fn push_row(&mut self, row: &[S; 12]) {
         if self.len.is_multiple_of(4) {
             self.fours.push(Four::default());

@@ -3,13 +3,18 @@
 use super::{Random, l, n, p, v};
 use std::fmt::Write;
 
-/// `rgb <...>`, with filter and transmit if it is to be `clear`.
-pub fn color(r: &mut Random, clear: bool) -> String {
-    let rgb = v([(); 3].map(|()| r.unit()));
+/// `rgb <...>`.
+pub fn rgb(r: &mut Random) -> String {
+    format!("rgb {}", v([(); 3].map(|()| r.unit())))
+}
+
+/// A pigment's colour, with filter and transmit if it is to be `clear`.
+fn color(r: &mut Random, clear: bool) -> String {
+    let rgb = rgb(r);
     if clear {
-        format!("rgb {rgb} filter {} transmit {}", n(r.between(0.0, 0.6)), n(r.between(0.0, 0.4)))
+        format!("{rgb} filter {} transmit {}", n(r.between(0.0, 0.6)), n(r.between(0.0, 0.4)))
     } else {
-        format!("rgb {rgb}")
+        format!("{rgb} transmit T")
     }
 }
 
@@ -121,7 +126,7 @@ pub fn interior(r: &mut Random) -> String {
     if r.chance(0.5) {
         let power = if r.chance(0.2) { 1001.0 } else { r.between(1.0, 2.0) };
         let _ = write!(text, " fade_distance {} fade_power {}", l(r.between(0.3, 3.0)), n(power));
-        let _ = write!(text, " fade_color {}", color(r, false));
+        let _ = write!(text, " fade_color {}", rgb(r));
     }
     if r.chance(0.3) {
         let _ = write!(text, " caustics {}", n(r.unit()));

@@ -2,13 +2,17 @@
 //!
 //! Every shape, transform, composite, flag, light, pigment and finish that octray renders turns up, in scenes of a few
 //! objects some units apart. The text knows neither evaluator nor engines; a scene that fails is named by its seed and
-//! comes back. All lengths are multiples of `U`, 1 unless declared from outside, so that a scene can be asked for in
-//! another unit: the right picture does not depend on it.
+//! comes back.
+//!
+//! A scene can be asked for in other words: the right picture depends on none of the declarations that follow, and a
+//! renderer whose picture does contradicts itself. All lengths are multiples of `U`, 1 unless declared from outside; opaque
+//! colours have `transmit T`, 0 unless declared; the eye is moved by `EYE`, 0 unless declared; and with `MESHED` declared
+//! each triangle by itself is a mesh of one.
 
 mod look;
 mod shape;
 
-use look::color;
+use look::rgb;
 use std::fmt::Write;
 
 /// Numbers that a seed decides: Numerical Recipes' 64-bit congruential generator, upper bits; enough to scatter objects.
@@ -87,6 +91,7 @@ fn l(x: f64) -> String {
 pub fn scene(seed: u64) -> String {
     let r = &mut Random::new(seed);
     let mut text = format!("// Random scene {seed}.\n#version 3.7;\n#ifndef (U) #declare U = 1; #end\n");
+    text += "#ifndef (T) #declare T = 0; #end\n#ifndef (EYE) #declare EYE = 0; #end\n";
     // Writing to a string cannot fail.
     let _ =
         writeln!(text, "global_settings {{ assumed_gamma {} }}", if r.chance(0.1) { "2.2" } else { "1.0" });
@@ -95,7 +100,7 @@ pub fn scene(seed: u64) -> String {
         let _ = writeln!(text, "global_settings {{ adc_bailout {} }}", n(r.between(0.001, 0.2)));
     }
     if r.chance(0.1) {
-        let _ = writeln!(text, "global_settings {{ ambient_light {} }}", color(r, false));
+        let _ = writeln!(text, "global_settings {{ ambient_light {} }}", rgb(r));
     }
     if r.chance(0.1) {
         let wavelengths = [(); 3].map(|()| r.between(0.4, 0.8));
@@ -104,7 +109,7 @@ pub fn scene(seed: u64) -> String {
     text += &camera(r);
     if r.chance(0.7) {
         let transmit = if r.chance(0.2) { format!(" transmit {}", n(r.unit())) } else { String::new() };
-        let _ = writeln!(text, "background {{ {}{transmit} }}", color(r, false));
+        let _ = writeln!(text, "background {{ {}{transmit} }}", rgb(r));
     }
     for _ in 0..1 + r.below(3) {
         text += &light(r);
@@ -122,25 +127,27 @@ fn camera(r: &mut Random) -> String {
     let distance = r.between(4.0, 9.0);
     let eye = r.direction().map(|x| x * distance);
     let (eye, target) = (p(eye), p(r.point(0.5)));
-    match r.below(5) {
+    let text = match r.below(5) {
         0 => format!(
-            "camera {{ orthographic location {eye} right {}*x up {}*y look_at {target} }}\n",
+            "camera {{ orthographic location {eye} right {}*x up {}*y look_at {target}",
             l(6.67),
             l(5.0)
         ),
         1 => format!(
-            "camera {{ location {eye} direction {}*z right -4/3*x up y sky {} look_at {target} }}\n",
+            "camera {{ location {eye} direction {}*z right -4/3*x up y sky {} look_at {target}",
             n(r.between(0.6, 1.5)),
             v(r.direction())
         ),
         2 => format!(
-            "camera {{ location {eye} right 4/3*x angle {} look_at {target} translate {} rotate {} }}\n",
+            "camera {{ location {eye} right 4/3*x angle {} look_at {target} translate {} rotate {}",
             n(r.between(30.0, 90.0)),
             p(r.point(0.3)),
             v(r.point(20.0))
         ),
-        _ => format!("camera {{ location {eye} right 4/3*x look_at {target} }}\n"),
-    }
+        _ => format!("camera {{ location {eye} right 4/3*x look_at {target}"),
+    };
+    // A step along no axis.
+    text + " translate EYE*U*<0.6, 0.64, 0.48> }\n"
 }
 
 fn light(r: &mut Random) -> String {

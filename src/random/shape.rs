@@ -50,7 +50,7 @@ fn nested(r: &mut Random, depth: usize, cut: bool, last: &str) -> String {
     }
     if r.chance(0.1) {
         // In POV-Ray a mesh that clips a mesh takes away nearly all of it.
-        let cutter = if text.contains("mesh") {
+        let cutter = if text.starts_with("mesh") || text.contains("inside_vector") {
             format!("box {{ {}, {}", p(r.point(1.0)), p(r.point(1.0)))
         } else {
             solid(r)
@@ -141,7 +141,12 @@ fn solid(r: &mut Random) -> String {
 
 fn flat(r: &mut Random) -> String {
     match r.below(6) {
-        0 => format!("triangle {{ {}, {}, {}", p(r.point(1.2)), p(r.point(1.2)), p(r.point(1.2))),
+        0 => format!(
+            "#ifdef (MESHED) mesh {{ #end triangle {{ {}, {}, {} #ifdef (MESHED) }} #end",
+            p(r.point(1.2)),
+            p(r.point(1.2)),
+            p(r.point(1.2))
+        ),
         1 => {
             let [a, b, c] = [(); 3].map(|()| r.point(1.2));
             let [na, nb, nc] = bent_normals(r, a, b, c);

@@ -10,7 +10,7 @@ use super::surface::{Lit, mirror};
 use super::trail::Face;
 use super::world::{Met, PlacedTexture, World};
 use crate::film::{Pixel, RayCounts};
-use crate::scene::{Color, Finish, Layer, Rgb};
+use crate::scene::{Color, Finish, Layer, Rgb, Shape};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -125,6 +125,7 @@ impl<'w> Tracer<'w> {
         // What is left of light from below the layers seen so far, and its brightness.
         let (mut filter, mut left) = (Rgb::ONE, 1.0);
         let mut mirrors: SmallVec<[(Rgb, f64, &Finish); 2]> = SmallVec::new();
+        let mut top_film = None;
         for layer in texture.texture.layers.iter().rev() {
             if !(left > scene.globals.adc_bailout) {
                 break;
@@ -133,6 +134,7 @@ impl<'w> Tracer<'w> {
             let ior = media.relative_ior(interior, interiors);
             let reflected = reflectivity(finish, cosine, ior, color.rgb);
             let film = interference(finish, 2.0 * cosine, self.world.scene.globals.irid_wavelength);
+            top_film.get_or_insert(film);
             // The film is on what is seen, which the exponent then bends.
             let film = match finish.reflection.exponent {
                 1.0 => film,
@@ -155,7 +157,8 @@ impl<'w> Tracer<'w> {
             let seen = self.behind(point, weight * filter.abs().max_element());
             totally_reflected = seen.totally_reflected;
             if totally_reflected {
-                rgb += faded * seen.seen.rgb;
+                // The top layer's film tints it as it does any mirrored light (measured in POV-Ray 3.7).
+                rgb += faded * top_film.unwrap_or(Rgb::ONE) * seen.seen.rgb;
             } else {
                 rgb += faded * filter * seen.seen.rgb;
                 transmit = faded.dot(GREY) * seen.seen.transmit * left;
@@ -224,6 +227,11 @@ impl<'w> Tracer<'w> {
 
     /// What a surface on the way to a light leaves of it.
     fn filtered(&self, met: &Met, ray: &Ray, media: &Media) -> Rgb {
+        if let Shape::Mesh(mesh) = met.face.leaf.shape
+            && mesh.blocks_light(met.face.leaf.look.texture.map(|placed| placed.texture))
+        {
+            return Rgb::ZERO;
+        }
         let id = met.face.leaf.look.interior;
         let interior = &self.world.interiors[id.0];
         let mut caustics = 1.0;

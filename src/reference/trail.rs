@@ -7,6 +7,7 @@
 use super::ray::Ray;
 use super::shape::{self, Line, Root};
 use super::world::{Join, Leaf, Node, NodeKind};
+use crate::scene::Shape;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -132,7 +133,11 @@ impl Leaf<'_> {
 
     fn face<'w>(&'w self, root: &Root) -> Face<'w> {
         let outward = self.to_world.normal(root.smooth.unwrap_or(root.normal)).normalize();
-        let shading = if self.inverted { -outward } else { outward };
+        // The front of a triangle by itself goes by the order of its corners in the world: a mirror turns it, where it
+        // does not turn a mesh's (measured in POV-Ray 3.7).
+        let mirrored = matches!(self.shape, Shape::Triangle { normals: None, .. })
+            && self.to_world.forward.matrix3.determinant() < 0.0;
+        let shading = if self.inverted != mirrored { -outward } else { outward };
         let point = self.to_world.point(root.point);
         Face { leaf: self, part: root.part, local: root.point, point, shading, corners: root.corners }
     }

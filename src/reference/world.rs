@@ -335,7 +335,7 @@ impl Builder {
             id,
             shape,
             to_world,
-            inverted,
+            inverted: inverted && shape::turns(shape),
             solid: shape::is_solid(shape),
             reach: reach.max_element(),
             look,

@@ -29,3 +29,13 @@ pub struct MeshTriangle {
     /// Indices into [`Mesh::textures`], one a corner, blended between; `None` is the mesh's own texture.
     pub textures: Option<[u32; 3]>,
 }
+
+impl Mesh {
+    /// Whether it stops all light, being textured with `own`, its object's texture (`None`: POV-Ray's default).
+    ///
+    /// POV-Ray asks a mesh's textures, used or not, but not its `interior_texture`: light that meets a clear one from
+    /// inside is stopped where the others are opaque. Of other shapes it asks the texture that is met. (Measured in 3.7.)
+    pub fn blocks_light(&self, own: Option<&Texture>) -> bool {
+        own.is_none_or(Texture::is_opaque) && self.textures.iter().all(|texture| texture.is_opaque())
+    }
+}

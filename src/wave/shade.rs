@@ -117,7 +117,8 @@ pub fn shade<S: Scalar, B: Scalar>(
             queue_light(&lamp, sum, number, hit, emit);
         }
     }
-    let inside_out = transmit(scene, hit, active, &crossings, filter, transmitted, emit);
+    let top = program.layers.first().map(|layer| &layer.finish);
+    let inside_out = transmit(scene, hit, active, top, &crossings, (filter, transmitted), emit);
     for mirror in &mirrors {
         reflect(scene, hit, mirror, inside_out, emit);
     }
@@ -331,14 +332,14 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
 }
 
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
-/// of the last kind.
+/// of the last kind, which the film of the `top` layer tints.
 fn transmit<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
     active: Mask<S::Lane>,
+    top: Option<&Finish>,
     crossings: &[Crossing; LANES],
-    filter: Vec3<S::Lane>,
-    transmitted: S::Lane,
+    (filter, transmitted): (Vec3<S::Lane>, S::Lane),
     emit: &mut Emit<S::Lane>,
 ) -> Mask<S::Lane> {
     let zero = S::Lane::zero();
@@ -379,7 +380,13 @@ fn transmit<S: Scalar, B: Scalar>(
     if lanes != 0 {
         let mirrored = emit.reflected.next();
         hit.leave((hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize(), &mut mirrored.lines);
-        mirrored.throughput = inner;
+        mirrored.throughput = match top {
+            Some(finish) if finish.irid != 0.0 => {
+                let path = hit.cos * S::Lane::lit(2.0);
+                inner.mul(interference(finish, path, scene.globals.irid_wavelength))
+            }
+            _ => inner,
+        };
         mirrored.weight = weight;
         mirrored.share = zero;
         mirrored.sink = hit.sink;

@@ -161,6 +161,7 @@ fn cross<S: Scalar, B: Scalar>(
         };
         let [a, b, c] = owner.textures;
         let mut tint = match owner.interior_texture {
+            _ if owner.blocks => Rgb::ZERO,
             Some(texture) if { from_inside }(k) => through(texture),
             _ if a == b && b == c => through(a),
             _ => {

@@ -1,7 +1,6 @@
 //! Where POV-Ray's own picture is known to be wrong: the list `artefacts.json`, kept beside this file.
 //!
-//! Each entry says what POV-Ray does, how that was shown, and in which scenes it decides pixels: named ones by their file's
-//! stem, random ones by their seed (at the usual size of random scenes).
+//! Each entry says what POV-Ray does, how that was shown, and the stems of the scene files in which it decides pixels.
 
 use serde::Deserialize;
 use std::sync::LazyLock;
@@ -14,8 +13,6 @@ struct Artefact {
     evidence: String,
     #[serde(default)]
     scenes: Vec<String>,
-    #[serde(default)]
-    seeds: Vec<u64>,
 }
 
 static LIST: LazyLock<Vec<Artefact>> = LazyLock::new(|| {
@@ -25,11 +22,6 @@ static LIST: LazyLock<Vec<Artefact>> = LazyLock::new(|| {
 /// What is on record for a scene file.
 pub fn of_scene(stem: &str) -> Option<String> {
     LIST.iter().find(|known| known.scenes.iter().any(|scene| scene == stem)).map(told)
-}
-
-/// What is on record for a random scene.
-pub fn of_seed(seed: u64) -> Option<String> {
-    LIST.iter().find(|known| known.seeds.contains(&seed)).map(told)
 }
 
 fn told(known: &Artefact) -> String {
@@ -43,8 +35,6 @@ mod tests {
     #[test]
     fn the_list_is_whole() {
         assert!(LIST.iter().all(|known| !known.what.is_empty() && !known.evidence.is_empty()));
-        assert!(
-            of_scene("light_leak").is_some() && of_scene("nothing").is_none() && of_seed(u64::MAX).is_none()
-        );
+        assert!(of_scene("light_leak").is_some() && of_scene("nothing").is_none());
     }
 }

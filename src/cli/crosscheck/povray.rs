@@ -8,6 +8,12 @@ use octray::transfer::Transfer;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+/// POV-Ray gives up if its own threads take too long to start, as they do on a busy machine.
+const TOO_BUSY: &str = "Timed out waiting for worker thread startup";
+
+/// Then it is asked again, so many times.
+const TRIES: usize = 5;
+
 pub struct PovRay {
     program: PathBuf,
     /// As it says, e.g. "3.7.0.10.unofficial".
@@ -59,8 +65,15 @@ impl PovRay {
         command.args(beside.map(|folder| with_path("+L", folder)));
         command.args(args.library_paths.iter().map(|path| with_path("+L", path)));
         command.args(args.declares.iter().map(|(name, value)| format!("Declare={name}={value}")));
-        let ran = command.stdin(Stdio::null()).output().map_err(|error| format!("POV-Ray: {error}"))?;
-        let said = said(&ran);
+        let mut run = || command.stdin(Stdio::null()).output().map_err(|error| format!("POV-Ray: {error}"));
+        let (mut ran, mut said) = (run()?, String::new());
+        for _ in 0..TRIES {
+            said = self::said(&ran);
+            if ran.status.success() || !said.contains(TOO_BUSY) {
+                break;
+            }
+            ran = run()?;
+        }
         if !ran.status.success() {
             return Err(format!("POV-Ray cannot render it: {}", reason(&said)));
         }

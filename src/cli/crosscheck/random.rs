@@ -1,12 +1,11 @@
 //! Random scenes through octray and POV-Ray, and what can be found out about differences without a person.
 //!
-//! A random scene's lengths are multiples of `U`, so that POV-Ray can be asked again in another unit. Its tolerances are
-//! absolute (1e-4, 1e-3 and more for some shapes), so a difference that comes from one of them goes away where a unit is
-//! [`UNIT`] times as long; octray's picture does not depend on the unit.
+//! A random scene can be asked for in other words that mean the same (see [`octray::random`]). Where POV-Ray's picture
+//! depends on the words it contradicts itself, and a pixel on which it then agrees with octray is explained.
 
 use super::povray::PovRay;
 use super::verdict::Verdict;
-use super::{Args, Measured, Row, artefacts, as_povray_writes, measure};
+use super::{Args, Measured, Row, as_povray_writes, measure};
 use crate::cli::Failure;
 use crate::cli::scene::load;
 use octray::compare::{WITHIN, edge_mask};
@@ -17,8 +16,39 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 
-/// The other unit: a power of two, so that every coordinate keeps its digits; far from POV-Ray's end of the world, 1e7.
-const UNIT: u32 = 1024;
+/// The same scene in other words.
+struct Wording {
+    /// What is declared: name and value.
+    declare: (&'static str, &'static str),
+    /// Why POV-Ray's picture may change.
+    reason: &'static str,
+}
+
+const fn wording(name: &'static str, value: &'static str, reason: &'static str) -> Wording {
+    Wording { declare: (name, value), reason }
+}
+
+/// Artefacts of POV-Ray, each with the words in which it does not show.
+const WORDINGS: [Wording; 3] = [
+    // A power of two, so that every coordinate keeps its digits; far from POV-Ray's end of the world, 1e7.
+    wording("U", "1024", "its tolerances are absolute: agrees with lengths 1024 times as long"),
+    // More than the 1e-10 under which POV-Ray takes a colour for opaque.
+    wording(
+        "T",
+        "1e-9",
+        "what blocked the last shadow ray is tried first, and light that it lets through this time is filtered twice: agrees \
+         with colours a billionth clear, of which none is tried first",
+    ),
+    wording(
+        "MESHED",
+        "1",
+        "each transform may turn the front of a triangle by itself: agrees with a mesh of that one triangle",
+    ),
+];
+
+/// Steps of the eye, in units of length, after which only a pixel that hangs on last digits is another: all else moves by
+/// some 1e-7 of a unit, and light by some 1e-6.
+const STEPS: [&str; 4] = ["1e-9", "-1e-9", "1e-7", "-1e-7"];
 
 /// Renders at a time. POV-Ray spends most of the start of such small pictures waiting.
 const AT_A_TIME: usize = 6;
@@ -36,7 +66,7 @@ fn cross_one(seed: u64, folder: &Path, args: &Args, povray: &PovRay) -> Result<R
     let scene = format!("random-{seed}");
     let row = match measure(&path, args, povray) {
         Ok(measured) => {
-            let mut verdict = Verdict::of(&measured.figures.comparison, artefacts::of_seed(seed));
+            let mut verdict = Verdict::of(&measured.figures.comparison, None);
             if let Verdict::Differs { .. } = verdict {
                 verdict = look_into(&path, &measured, args, povray);
             }
@@ -51,28 +81,46 @@ fn cross_one(seed: u64, folder: &Path, args: &Args, povray: &PovRay) -> Result<R
     Ok(row)
 }
 
-/// Asks POV-Ray in another unit, and the oracle.
+/// Asks POV-Ray in other words, then from beside the eye, then the oracle.
 fn look_into(path: &Path, measured: &Measured, args: &Args, povray: &PovRay) -> Verdict {
     let Measured { expected, actual, .. } = measured;
     let edges = edge_mask(expected);
     let mut open: Vec<usize> =
         (0..edges.len()).filter(|&i| !edges[i] && apart(expected, actual, i) > WITHIN).collect();
     let pixels = open.len();
-    let mut in_unit = args.scene_args.clone();
-    in_unit.declares.push(("U".into(), UNIT.to_string()));
-    if let Ok(other) = povray.render(path, &in_unit, args.size()) {
-        open.retain(|&i| apart(&other.film, actual, i) > WITHIN);
+    // Takes what is explained off the list and says how much.
+    let explain = |(name, value): (&str, &str), open: &mut Vec<usize>| {
+        let before = open.len();
+        if before > 0 {
+            let mut other = args.scene_args.clone();
+            other.declares.push((name.into(), value.into()));
+            if let Ok(other) = povray.render(path, &other, args.size()) {
+                open.retain(|&i| apart(&other.film, actual, i) > WITHIN);
+            }
+        }
+        before - open.len()
+    };
+    let mut reasons = Vec::new();
+    for wording in &WORDINGS {
+        match explain(wording.declare, &mut open) {
+            0 => {}
+            explained => reasons.push(format!("{} ({explained} pixels)", wording.reason)),
+        }
+    }
+    let hanging: usize = STEPS.iter().map(|step| explain(("EYE", step), &mut open)).sum();
+    if open.is_empty() && reasons.is_empty() {
+        return Verdict::LastDigits { pixels };
+    }
+    if hanging > 0 {
+        reasons.push(format!("{hanging} pixels hang on last digits"));
     }
     if open.is_empty() {
-        let reason = format!(
-            "its tolerances are absolute: with lengths {UNIT} times as long it agrees in all {pixels} pixels that differ"
-        );
-        return Verdict::PovRayWrong { reason };
+        return Verdict::PovRayWrong { reason: reasons.join("; ") };
     }
     let note = oracle(path, args).map(|oracle| {
         let with = |film| open.iter().filter(|&&i| apart(&oracle, film, i) <= WITHIN).count();
         format!(
-            "{} of them in another unit too, where the oracle sides {} times with octray, {} times with POV-Ray",
+            "{} of them in other words too, where the oracle sides {} times with octray, {} times with POV-Ray",
             open.len(),
             with(actual),
             with(expected)

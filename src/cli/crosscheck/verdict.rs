@@ -13,6 +13,12 @@ pub enum Verdict {
     Agrees,
     /// Only pixels on edges of POV-Ray's picture differ, where a last bit decides what is seen.
     Silhouettes,
+    /// Some pixels off edges differ, and POV-Ray's own become octray's if the eye is moved by 1e-7: low edges, where a last
+    /// bit decides too.
+    LastDigits {
+        /// How many.
+        pixels: usize,
+    },
     /// POV-Ray's picture comes from one of its artefacts.
     PovRayWrong {
         /// Which, and how one knows.
@@ -47,6 +53,7 @@ impl Verdict {
         match self {
             Self::Agrees => "agrees",
             Self::Silhouettes => "differs at silhouettes only",
+            Self::LastDigits { .. } => "hangs on last digits",
             Self::PovRayWrong { .. } => "POV-Ray is wrong here",
             Self::Differs { .. } => "differs",
         }
@@ -58,6 +65,7 @@ impl fmt::Display for Verdict {
         f.write_str(self.name())?;
         match self {
             Self::Agrees | Self::Silhouettes => Ok(()),
+            Self::LastDigits { pixels } => write!(f, " in {pixels} pixels"),
             Self::PovRayWrong { reason } => write!(f, ": {reason}"),
             Self::Differs { pixels, note } => {
                 write!(f, " in {pixels} pixels")?;
@@ -72,7 +80,8 @@ pub fn counts(rows: &[Row]) -> String {
     let of = |name: &str| {
         rows.iter().filter(|row| row.verdict.as_ref().is_some_and(|verdict| verdict.name() == name)).count()
     };
-    let names = ["agrees", "differs at silhouettes only", "POV-Ray is wrong here", "differs"];
+    let names =
+        ["agrees", "differs at silhouettes only", "hangs on last digits", "POV-Ray is wrong here", "differs"];
     let mut parts: Vec<String> = names.iter().map(|name| format!("{name}: {}", of(name))).collect();
     if let none @ 1.. = rows.iter().filter(|row| row.verdict.is_none()).count() {
         parts.push(format!("no picture: {none}"));

@@ -122,6 +122,12 @@ pub fn is_solid(shape: &Shape) -> bool {
     }
 }
 
+/// False for shapes whose sides stay when they are turned inside out: triangles and polygons by themselves (measured in
+/// POV-Ray 3.7; in a mesh they turn).
+pub fn turns(shape: &Shape) -> bool {
+    !matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. })
+}
+
 /// A bound on each coordinate's magnitude on the shape (of infinite ones: on the part nearest the origin).
 ///
 /// The size of the numbers that a kernel computes with, and so the unit of its rounding errors.
