@@ -278,6 +278,7 @@ fn kind_and_count(shape: &Shape) -> (&'static str, u64) {
         Shape::Cone { .. } => ("cone", 1),
         Shape::Disc { .. } => ("disc", 1),
         Shape::Torus { .. } => ("torus", 1),
+        Shape::Polynomial(_) => ("polynomial", 1),
         Shape::Triangle { normals: None, .. } => ("triangle", 1),
         Shape::Triangle { .. } => ("smooth_triangle", 1),
         Shape::Polygon { .. } => ("polygon", 1),

@@ -85,6 +85,7 @@ kinds! {
     open_cones, OpenCone, OpenCones, 2.5, "open cone";
     discs, Disc, Discs, 1.5, "disc";
     tori, Torus, Tori, 25.0, "torus";
+    polynomials, Polynomial, Polynomials, 60.0, "polynomial";
     polygons, Polygon, Polygons, 4.0, "polygon";
     triangles, Triangle, Triangles, 1.5, "triangle";
     smooth_triangles, SmoothTriangle, SmoothTriangles, 1.5, "smooth triangle";

@@ -261,6 +261,17 @@ fn is_flat(shape: &Shape) -> bool {
     matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. })
 }
 
+/// What the scene's `bounded_by` says of where an object lies that has no bounds of its own.
+fn given_bounds<S: Scalar>(object: &Object, around: &Transform) -> Aabb {
+    object.bounded_by.iter().fold(Aabb::INFINITE, |bounds, helper| {
+        let mut columns = Columns::<S>::default();
+        match push(&mut columns, &helper.shape, &helper.transform.then(around)) {
+            Some(kind) if !helper.flags.inverse => bounds.intersection(columns.bounds(kind, 0)),
+            _ => bounds,
+        }
+    })
+}
+
 struct Pass<S: Scalar> {
     columns: Columns<S>,
     parts: Columns<f64>,
@@ -313,6 +324,10 @@ impl<S: Scalar> Pass<S> {
                 let place = handed.place.then(&self.to_compiled);
                 if let Some(kind) = push(&mut self.columns, shape, &place) {
                     self.plain[kind as usize].push(tag);
+                    if kind == Kind::Polynomial {
+                        let around = above.place.then(&self.to_compiled);
+                        self.columns.polynomials.bound_last(given_bounds::<S>(object, &around));
+                    }
                 }
             }
         }

@@ -62,6 +62,10 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
             columns.tori.push(place, *major, *minor);
             Some(Kind::Torus)
         }
+        Shape::Polynomial(polynomial) => {
+            columns.polynomials.push(place, polynomial);
+            Some(Kind::Polynomial)
+        }
         Shape::Polygon { outlines } => {
             let placed: Vec<Vec<DVec3>> =
                 outlines.iter().map(|o| o.iter().map(|&p| place.point(p)).collect()).collect();

@@ -199,7 +199,7 @@ fn leaf(shape: &Shape, place: &Transform) -> Extent {
             let (min, max) = around(mesh.vertices.iter().copied(), &Transform::IDENTITY);
             carried(min, max, place)
         }
-        Shape::Csg { .. } => EVERYWHERE,
+        Shape::Polynomial(_) | Shape::Csg { .. } => EVERYWHERE,
     }
 }
 

@@ -38,6 +38,7 @@ mod other_shape;
 mod pattern;
 mod patterned;
 mod pigment;
+mod polynomial;
 mod scope;
 mod settings;
 mod shape;

@@ -2,7 +2,7 @@
 //!
 //! The box stands in for the shape where a script asks for its extent.
 
-use super::geometry::{EVERYWHERE, Extent};
+use super::geometry::Extent;
 use super::machine::{Machine, Res};
 use super::value::ObjectValue;
 use crate::lang::{Keyword, Mark, Token};
@@ -33,23 +33,6 @@ impl Machine<'_> {
     pub fn other_shape(&mut self, word: Keyword) -> Res<Extent> {
         use Keyword as K;
         Ok(match word {
-            K::Quadric => {
-                self.corners::<3>()?;
-                self.finite()?;
-                EVERYWHERE
-            }
-            K::Cubic => self.coefficients(20)?,
-            K::Quartic => self.coefficients(35)?,
-            K::Poly => {
-                let order = self.finite()?;
-                self.comma()?;
-                if !(2.0..=35.0).contains(&order) {
-                    return Err(self.error_here(format!("a poly has an order of 2 to 35, found {order}")));
-                }
-                let n = order as usize;
-                self.coefficients((n + 1) * (n + 2) * (n + 3) / 6)?
-            }
-            K::Polynomial => self.polynomial()?,
             K::Superellipsoid => {
                 self.expr()?;
                 (DVec3::NEG_ONE, DVec3::ONE)
@@ -82,41 +65,6 @@ impl Machine<'_> {
             group.lacks.add(&child.lacks);
         }
         Ok(group)
-    }
-
-    fn coefficients(&mut self, count: usize) -> Res<Extent> {
-        if let Token::Vector(_, found) = self.peek()?
-            && usize::from(found) == count
-        {
-            self.next()?;
-            return Ok(EVERYWHERE);
-        }
-        self.expect(Mark::Less)?;
-        for _ in 0..count {
-            self.finite()?;
-            self.comma()?;
-        }
-        self.expect(Mark::Greater)?;
-        Ok(EVERYWHERE)
-    }
-
-    /// `polynomial { order, xyz(1,0,2): value, ... }`
-    fn polynomial(&mut self) -> Res<Extent> {
-        self.finite()?;
-        self.comma()?;
-        while let Token::Name(_) | Token::Word(Keyword::X | Keyword::Y | Keyword::Z) = self.peek()? {
-            self.next()?;
-            self.expect(Mark::OpenParen)?;
-            for _ in 0..3 {
-                self.finite()?;
-                self.comma()?;
-            }
-            self.expect(Mark::CloseParen)?;
-            self.expect(Mark::Colon)?;
-            self.finite()?;
-            self.comma()?;
-        }
-        Ok(EVERYWHERE)
     }
 
     fn blob(&mut self) -> Res<Extent> {

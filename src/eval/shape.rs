@@ -30,6 +30,11 @@ impl Machine<'_> {
                 self.checked_triangle([p[0], p[2], p[4]], Some(normals), at)
             }
             K::Polygon => self.polygon(at)?,
+            K::Quadric => self.quadric()?,
+            K::Cubic => self.surface_of_order(3)?,
+            K::Quartic => self.surface_of_order(4)?,
+            K::Poly => self.poly()?,
+            K::Polynomial => self.polynomial()?,
             _ => return Ok(None),
         };
         Ok(Some(match shape {

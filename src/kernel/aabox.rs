@@ -32,7 +32,6 @@ impl<S: Scalar> Boxes<S> {
 }
 
 impl<S: Scalar> Block<S> for Boxes<S> {
-    const ROOTS: usize = 2;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

@@ -226,7 +226,6 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Cones<S, TAPERED, OPEN> {
 }
 
 impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Block<S> for Cones<S, TAPERED, OPEN> {
-    const ROOTS: usize = 2;
     const SKIN_IS_PARTIAL: bool = OPEN;
     type Roots = [S::Lane; 2];
 

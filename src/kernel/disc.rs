@@ -42,7 +42,6 @@ impl<S: Scalar> Discs<S> {
 }
 
 impl<S: Scalar> Block<S> for Discs<S> {
-    const ROOTS: usize = 1;
     const SKIN_IS_PARTIAL: bool = true;
     type Roots = [S::Lane; 1];
 

@@ -19,7 +19,6 @@ impl<S: Scalar> Ellipsoids<S> {
 }
 
 impl<S: Scalar> Block<S> for Ellipsoids<S> {
-    const ROOTS: usize = 2;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

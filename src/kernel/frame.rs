@@ -5,7 +5,7 @@
 //! of large products. Directions keep the length that the map gives them, so `t` is the same in both spaces.
 
 use super::{Aabb, Rays, gather, permuted};
-use crate::lane::{LANES, Lane, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
 use glam::{DMat3, DVec3};
 
@@ -61,6 +61,34 @@ impl<L: Lane> Frame<L> {
     #[inline(always)]
     pub fn direction_error(&self, rays: &Rays<L>) -> Vec3<L> {
         apply(&abs_rows(&self.rows), rays.dir.abs() * L::lit(8.0 * L::Scalar::UNIT_ROUNDOFF))
+    }
+}
+
+/// In double precision.
+#[inline(always)]
+pub(super) fn widened<L: Lane>(v: Vec3<L>) -> Vec3<f64x8> {
+    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
+}
+
+/// Back from double precision.
+#[inline(always)]
+pub(super) fn narrowed<L: Lane>(v: Vec3<f64x8>) -> Vec3<L> {
+    Vec3::new(L::from_f64s(v.x), L::from_f64s(v.y), L::from_f64s(v.z))
+}
+
+impl<L: Lane> Frame<L> {
+    /// The same in double precision.
+    #[inline(always)]
+    pub fn in_f64(&self) -> Frame<f64x8> {
+        Frame { center: widened(self.center), rows: self.rows.map(widened) }
+    }
+}
+
+impl<L: Lane> Rays<L> {
+    /// The same in double precision.
+    #[inline(always)]
+    pub(super) fn in_f64(&self) -> Rays<f64x8> {
+        Rays { origin: widened(self.origin), dir: widened(self.dir) }
     }
 }
 

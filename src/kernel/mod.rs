@@ -17,6 +17,7 @@ mod frame;
 mod obox;
 mod plane;
 mod polygon;
+mod polynomial;
 mod quartic;
 mod slab;
 mod sphere;
@@ -31,6 +32,7 @@ pub use ellipsoid::Ellipsoids;
 pub use obox::OrientedBoxes;
 pub use plane::Planes;
 pub use polygon::Polygons;
+pub use polynomial::Polynomials;
 pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles};
@@ -87,8 +89,6 @@ pub struct Surfaces<L> {
 
 /// The columns of one kind of primitive, `len` rows, and its kernel.
 pub trait Block<S: Scalar>: Default + Send + Sync {
-    /// How many crossings a ray can have with one primitive.
-    const ROOTS: usize;
     /// True if [`Block::boundary`] is not the same as [`Block::roots`].
     const SKIN_IS_PARTIAL: bool = false;
     /// Crossings by lane: `[L; ROOTS]`.

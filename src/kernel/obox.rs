@@ -36,7 +36,6 @@ impl<S: Scalar> OrientedBoxes<S> {
 }
 
 impl<S: Scalar> Block<S> for OrientedBoxes<S> {
-    const ROOTS: usize = 2;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

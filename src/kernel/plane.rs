@@ -33,7 +33,6 @@ impl<S: Scalar> Planes<S> {
 }
 
 impl<S: Scalar> Block<S> for Planes<S> {
-    const ROOTS: usize = 1;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {

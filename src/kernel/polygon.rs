@@ -102,7 +102,6 @@ impl<S: Scalar> Polygons<S> {
 }
 
 impl<S: Scalar> Block<S> for Polygons<S> {
-    const ROOTS: usize = 1;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {

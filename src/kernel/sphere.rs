@@ -57,7 +57,6 @@ fn crossings<L: Lane>(center: Vec3<L>, radius: L, rays: &Rays<L>, left: Option<&
 }
 
 impl<S: Scalar> Block<S> for Spheres<S> {
-    const ROOTS: usize = 2;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

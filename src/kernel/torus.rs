@@ -1,6 +1,6 @@
 //! Tori: ring, horn and spindle, always computed in f64.
 
-use super::frame::{Frame, Frames};
+use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, cubic, deflated, quartic};
 use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
@@ -237,30 +237,6 @@ fn sorted(roots: [f64x8; 4]) -> [f64x8; 4] {
     [a, b, c, d].map(|t| t.lt(inf).select(t, f64x8::lit(f64::NAN)))
 }
 
-#[inline(always)]
-fn widened<L: Lane>(v: Vec3<L>) -> Vec3<f64x8> {
-    Vec3::new(v.x.to_f64s(), v.y.to_f64s(), v.z.to_f64s())
-}
-
-#[inline(always)]
-fn narrowed<L: Lane>(v: Vec3<f64x8>) -> Vec3<L> {
-    Vec3::new(L::from_f64s(v.x), L::from_f64s(v.y), L::from_f64s(v.z))
-}
-
-impl<L: Lane> Frame<L> {
-    #[inline(always)]
-    fn in_f64(&self) -> Frame<f64x8> {
-        Frame { center: widened(self.center), rows: self.rows.map(widened) }
-    }
-}
-
-impl<L: Lane> Rays<L> {
-    #[inline(always)]
-    fn in_f64(&self) -> Rays<f64x8> {
-        Rays { origin: widened(self.origin), dir: widened(self.dir) }
-    }
-}
-
 impl<S: Scalar> Tori<S> {
     /// Adds the image of a torus about the y axis. `major` at least 0, `minor` over 0.
     pub fn push(&mut self, world_from_object: &Transform, major: f64, minor: f64) {
@@ -309,7 +285,6 @@ impl<S: Scalar> Tori<S> {
 }
 
 impl<S: Scalar> Block<S> for Tori<S> {
-    const ROOTS: usize = 4;
     const SKIN_IS_PARTIAL: bool = true;
     type Roots = [S::Lane; 4];
 

@@ -226,7 +226,6 @@ fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 }
 
 impl<S: Scalar> Block<S> for Triangles<S> {
-    const ROOTS: usize = 1;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {
@@ -293,7 +292,6 @@ impl<S: Scalar> SmoothTriangles<S> {
 }
 
 impl<S: Scalar> Block<S> for SmoothTriangles<S> {
-    const ROOTS: usize = 1;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {

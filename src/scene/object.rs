@@ -1,6 +1,6 @@
 //! Shapes, and what an object adds to its shape.
 
-use super::{Interior, Mesh, PhotonUse, Placement, Texture, Transform};
+use super::{Interior, Mesh, PhotonUse, Placement, Polynomial, Texture, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -96,6 +96,8 @@ pub enum Shape {
         /// Of the tube.
         minor: f64,
     },
+    /// Where a polynomial in the coordinates is 0; inside it is negative. `sturm` is left out: the roots found are the same.
+    Polynomial(Arc<Polynomial>),
     /// One triangle, flat or with a normal per corner.
     Triangle {
         /// Corners.

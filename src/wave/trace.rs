@@ -517,10 +517,12 @@ impl WithBlock<f64> for RootsOf<'_> {
     #[inline(always)]
     fn block<K: Block<f64>>(self, block: &K) -> (usize, u8) {
         let Self { row, rays, left, out } = self;
+        let before = out.len();
         out.extend_from_slice(block.roots(row, rays, left).as_ref());
+        let surface = out.len() - before;
         if K::SKIN_IS_PARTIAL {
             out.extend_from_slice(block.boundary(row, rays, left).as_ref());
         }
-        (K::ROOTS, block.starts_inside(row, rays).bits())
+        (surface, block.starts_inside(row, rays).bits())
     }
 }

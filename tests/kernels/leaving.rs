@@ -32,7 +32,7 @@ fn start<S: Scalar, B: Block<S>>(block: &B, place: &Transform, rng: &mut Rng) ->
     let rays = packet::<S::Lane>(&seen);
     let roots = block.roots(0, &rays, None);
     // The first crossing, or any other, so that starts lie on all sides.
-    let pick = rng.bits() as usize % B::ROOTS;
+    let pick = rng.bits() as usize % roots.as_ref().len();
     let t = roots.as_ref()[pick];
     let on = t.equal(t);
     let surfaces = block.resolve(&[0; LANES], on, &rays, t);

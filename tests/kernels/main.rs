@@ -7,5 +7,6 @@ mod lanes;
 mod leaving;
 mod mesh;
 mod oracle;
+mod polynomial;
 mod scale;
 mod support;

@@ -9,6 +9,7 @@ mod cuboid;
 mod mesh;
 mod planar;
 mod polygon;
+mod polynomial;
 mod sphere;
 mod torus;
 mod triangle;
@@ -106,6 +107,7 @@ pub fn cross(shape: &Shape, line: &Line) -> Roots {
         }
         Shape::Disc { center, normal, radius, hole } => planar::disc(*center, *normal, *radius, *hole, line),
         Shape::Torus { major, minor } => torus::cross(*major, *minor, line),
+        Shape::Polynomial(polynomial) => polynomial::cross(polynomial, line),
         Shape::Triangle { vertices, normals } => triangle::cross(vertices, normals.as_deref(), line),
         Shape::Polygon { outlines } => polygon::cross(outlines, line),
         Shape::Mesh(mesh) => mesh::cross(mesh, line),
@@ -142,6 +144,8 @@ pub fn reach(shape: &Shape) -> DVec3 {
         }
         Shape::Disc { center, radius, .. } => center.abs() + *radius,
         Shape::Torus { major, minor } => DVec3::splat(major + minor),
+        // Nothing says how large it is; coefficients of the order of 1 make it as large as that.
+        Shape::Polynomial(_) => DVec3::ONE,
         Shape::Triangle { vertices, .. } => farthest(&mut vertices.iter().copied()),
         Shape::Polygon { outlines } => farthest(&mut outlines.iter().flatten().copied()),
         Shape::Mesh(mesh) => farthest(&mut mesh.vertices.iter().copied()),

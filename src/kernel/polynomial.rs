@@ -1,0 +1,405 @@
+//! Polynomial surfaces (`quadric`, `cubic`, `quartic`, `poly`), always computed in f64.
+//!
+//! Along a ray the surface is a polynomial in one unknown. Between the roots of its derivative it is monotone, so it
+//! has one root there or none: from the highest derivative, which is linear, down to the polynomial itself every root is
+//! alone in a bracket, where Newton's method cannot leave it (Yuksel 2022, High-performance polynomial root finding for
+//! graphics, sections 3 and 4). The unknown is counted from the ray's closest point to the middle, which keeps the
+//! coefficients of the size of the shape.
+
+use super::frame::{Frames, narrowed, widened};
+use super::{Aabb, Block, Left, Rays, Surfaces, permuted};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+use crate::scene::{Polynomial, Transform};
+use smallvec::SmallVec;
+use std::sync::Arc;
+
+/// `n` polynomial surfaces: each a frame, a polynomial that may be shared, and a box that the scene vouches for.
+#[derive(Debug, Clone, Default)]
+pub struct Polynomials<S> {
+    frames: Frames<S>,
+    polynomial: Vec<Arc<Polynomial>>,
+    bounds: Vec<Aabb>,
+}
+
+/// Crossings farther than this from the closest point to the middle, in own space, are not looked for (POV-Ray's
+/// greatest distance).
+const REACH: f64 = 1e7;
+
+/// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
+const STEPS: usize = 110;
+
+/// A polynomial in one unknown per lane: `c[k]` belongs to the `k`th power, `len` of them are in use.
+#[derive(Debug, Clone, Copy)]
+struct Univariate<const N: usize> {
+    c: [f64x8; N],
+    len: usize,
+}
+
+impl<const N: usize> Univariate<N> {
+    fn zero() -> Self {
+        Self { c: [f64x8::zero(); N], len: 0 }
+    }
+
+    /// Times `origin + s dir`.
+    #[inline(always)]
+    fn times(&mut self, origin: f64x8, dir: f64x8) {
+        if self.len == 0 {
+            return;
+        }
+        self.c[self.len] = self.c[self.len - 1] * dir;
+        for k in (1..self.len).rev() {
+            self.c[k] = self.c[k].fused(origin, self.c[k - 1] * dir);
+        }
+        self.c[0] *= origin;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn add(&mut self, other: &Self) {
+        for k in 0..other.len {
+            self.c[k] += other.c[k];
+        }
+        self.len = self.len.max(other.len);
+    }
+
+    /// `polynomial` along the line, or what its terms' magnitudes sum to.
+    fn along(polynomial: &Polynomial, origin: Vec3<f64x8>, dir: Vec3<f64x8>, magnitudes: bool) -> Self {
+        let (order, mut coefficients) = (polynomial.order(), polynomial.coefficients().iter());
+        let mut in_x = Self::zero();
+        for i in 0..=order {
+            in_x.times(origin.x, dir.x);
+            let mut in_y = Self::zero();
+            for j in 0..=i {
+                in_y.times(origin.y, dir.y);
+                let mut in_z = Self::zero();
+                for _ in 0..=j {
+                    in_z.times(origin.z, dir.z);
+                    let c = coefficients.next().copied().unwrap_or_default();
+                    if c != 0.0 {
+                        in_z.c[0] += f64x8::splat(if magnitudes { c.abs() } else { c });
+                        in_z.len = in_z.len.max(1);
+                    }
+                }
+                in_y.add(&in_z);
+            }
+            in_x.add(&in_y);
+        }
+        in_x
+    }
+
+    /// Divided by its unknown, in the lanes given, where its constant term counts as 0.
+    fn divide(&mut self, lanes: Mask<f64x8>) {
+        for k in 0..self.len {
+            let next = if k + 1 < self.len { self.c[k + 1] } else { f64x8::zero() };
+            self.c[k] = lanes.select(next, self.c[k]);
+        }
+    }
+
+    /// Its `r`th derivative, divided by the factorial of `r`.
+    fn derivative(&self, r: usize) -> Self {
+        let mut out = Self { c: [f64x8::zero(); N], len: self.len - r };
+        let mut binomial = 1.0;
+        for k in 0..out.len {
+            out.c[k] = self.c[k + r] * f64x8::lit(binomial);
+            binomial *= (k + r + 1) as f64 / (k + 1) as f64;
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn value(&self, s: f64x8) -> f64x8 {
+        self.c[..self.len].iter().rev().fold(f64x8::zero(), |sum, &c| sum.fused(s, c))
+    }
+
+    #[inline(always)]
+    fn value_and_slope(&self, s: f64x8) -> (f64x8, f64x8) {
+        let mut value = f64x8::zero();
+        let mut slope = f64x8::zero();
+        for &c in self.c[..self.len].iter().rev() {
+            slope = slope.fused(s, value);
+            value = value.fused(s, c);
+        }
+        (value, slope)
+    }
+
+    /// The root between `low` and `high`, at which the values' signs differ, in the active lanes.
+    ///
+    /// Newton's steps where they stay in the bracket and halve the step before, else its middle (Press et al.,
+    /// Numerical Recipes, section 9.4). Lanes stop one by one, so what a lane gets does not depend on its neighbours.
+    fn bracketed(
+        &self,
+        [low, high]: [f64x8; 2],
+        low_is_negative: Mask<f64x8>,
+        grain: f64x8,
+        active: Mask<f64x8>,
+    ) -> f64x8 {
+        let (mut low, mut high, half) = (low, high, f64x8::lit(0.5));
+        let mut s = (low + high) * half;
+        let (mut before, mut moving) = (high - low, active);
+        for _ in 0..STEPS {
+            let (value, slope) = self.value_and_slope(s);
+            let on_low_side = !(value.lt(f64x8::zero()) ^ low_is_negative);
+            low = on_low_side.select(s, low);
+            high = on_low_side.select(high, s);
+            let step = value / slope;
+            let newton = s - step;
+            let good = newton.gt(low) & newton.lt(high) & (step + step).abs().le(before);
+            let next = good.select(newton, (low + high) * half);
+            before = (next - s).abs();
+            s = moving.select(next, s);
+            moving &= before.gt((s.abs() + grain) * f64x8::lit(f64::UNIT_ROUNDOFF));
+            if moving.none() {
+                break;
+            }
+        }
+        s
+    }
+
+    /// The real roots within `reach` of 0, rising, as many as the degree, NaN where there is none. Roots of even
+    /// multiplicity are no crossings and are left out. `grain` is what a root's rounding is measured by beside the root.
+    fn roots(&self, reach: f64x8, grain: f64x8, lanes: Mask<f64x8>) -> [f64x8; N] {
+        let none = f64x8::lit(f64::NAN);
+        let degree = self.len.saturating_sub(1);
+        // Roots of the derivative before, or the ends of the brackets that have none: they part the line all the same.
+        let mut points = [none; N];
+        for m in 1..=degree {
+            let derivative = self.derivative(degree - m);
+            let mut found = [none; N];
+            let mut low = -reach;
+            let mut low_is_negative = derivative.value(low).lt(f64x8::zero());
+            for k in 0..m {
+                let high = if k + 1 == m { reach } else { points[k] };
+                let high_is_negative = derivative.value(high).lt(f64x8::zero());
+                let crosses = (low_is_negative ^ high_is_negative) & lanes;
+                let root = match crosses.none() {
+                    true => high,
+                    false => derivative.bracketed([low, high], low_is_negative, grain, crosses),
+                };
+                found[k] = crosses.select(root, if m == degree { none } else { high });
+                (low, low_is_negative) = (high, high_is_negative);
+            }
+            points = found;
+        }
+        points
+    }
+}
+
+/// Value and gradient of a polynomial.
+fn gradient(polynomial: &Polynomial, p: Vec3<f64x8>) -> (f64x8, Vec3<f64x8>) {
+    let zero = f64x8::zero();
+    let (order, mut coefficients) = (polynomial.order(), polynomial.coefficients().iter());
+    // A Horner scheme in each unknown, with the derivatives carried along.
+    let (mut f, mut f_x, mut f_y, mut f_z) = (zero, zero, zero, zero);
+    for i in 0..=order {
+        let (mut g, mut g_y, mut g_z) = (zero, zero, zero);
+        for j in 0..=i {
+            let (mut h, mut h_z) = (zero, zero);
+            for _ in 0..=j {
+                h_z = h_z.fused(p.z, h);
+                h = h.fused(p.z, f64x8::splat(coefficients.next().copied().unwrap_or_default()));
+            }
+            g_y = g_y.fused(p.y, g);
+            g_z = g_z.fused(p.y, h_z);
+            g = g.fused(p.y, h);
+        }
+        f_x = f_x.fused(p.x, f);
+        f_y = f_y.fused(p.x, g_y);
+        f_z = f_z.fused(p.x, g_z);
+        f = f.fused(p.x, g);
+    }
+    (f, Vec3::new(f_x, f_y, f_z))
+}
+
+/// A ray's polynomial and where its unknown is 0.
+struct Ray<const N: usize> {
+    along: Univariate<N>,
+    /// Distance from the ray's start to the place where the unknown is 0.
+    base: f64x8,
+    /// Length of one unit of `t` in own space, inverted.
+    inv: f64x8,
+    /// No root lies farther from 0.
+    reach: f64x8,
+    /// The size of the coordinates at 0.
+    grain: f64x8,
+    sound: Mask<f64x8>,
+}
+
+impl<S: Scalar> Polynomials<S> {
+    /// Adds the image of a surface.
+    pub fn push(&mut self, world_from_object: &Transform, polynomial: &Arc<Polynomial>) {
+        self.frames.push(world_from_object);
+        self.polynomial.push(polynomial.clone());
+        self.bounds.push(Aabb::INFINITE);
+    }
+
+    /// The scene vouches for the bounds of the last row.
+    pub fn bound_last(&mut self, bounds: Aabb) {
+        if let Some(last) = self.bounds.last_mut() {
+            *last = bounds;
+        }
+    }
+
+    fn own_rays(&self, i: usize, rays: &Rays<S::Lane>) -> Rays<f64x8> {
+        self.frames.at(i).in_f64().rays(&rays.in_f64())
+    }
+
+    /// The polynomial along the rays, from their starts in the lanes of `on` and else from the closest point to the middle.
+    fn ray<const N: usize>(&self, i: usize, own: &Rays<f64x8>, on: Mask<f64x8>) -> Ray<N> {
+        let inv = f64x8::lit(1.0) / own.dir.length();
+        let dir = own.dir * inv;
+        // Twice: the first step leaves the rounding of a far start along the ray.
+        let coarse = -own.origin.dot(dir);
+        let near = own.origin + dir * coarse;
+        let fine = -near.dot(dir);
+        let origin = Vec3::select(on, own.origin, near + dir * fine);
+        let base = on.select(f64x8::zero(), coarse + fine);
+        let along = Univariate::along(&self.polynomial[i], origin, dir, false);
+        // Cauchy's bound of the roots.
+        let (lead, rest) = along.c[..along.len].split_last().unwrap_or((&origin.x, &[]));
+        let most = rest.iter().fold(f64x8::zero(), |most, c| c.abs().max(most));
+        let reach = f64x8::lit(REACH).min(f64x8::lit(1.0) + most / lead.abs());
+        let sound = (base + most + lead.abs()).abs().lt(f64x8::lit(f64::INFINITY));
+        Ray { along, base, inv, reach, grain: origin.abs().max_element(), sound }
+    }
+
+    fn crossings<const N: usize>(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> SmallVec<[S::Lane; 4]> {
+        let own = self.own_rays(i, rays);
+        let on = left.map_or(Mask::none_set(), |left| left.on.cast());
+        let mut ray = self.ray::<N>(i, &own, on);
+        let mut starts = [f64x8::lit(f64::NAN); 2];
+        if on.any() {
+            // The start is a root, and where the slope there is below its rounding it is a double one.
+            let noise = self.slope_noise(i, rays, &own);
+            ray.along.divide(on);
+            let tangent = on & ray.along.c[0].abs().le(noise);
+            ray.along.divide(tangent);
+            starts = [on.select(f64x8::zero(), starts[0]), tangent.select(f64x8::zero(), starts[1])];
+        }
+        let roots = ray.along.roots(ray.reach, ray.grain, ray.sound);
+        let degree = ray.along.len.saturating_sub(1);
+        let mut all: SmallVec<[f64x8; 4]> =
+            roots[..degree].iter().map(|&s| (ray.base + s) * ray.inv).collect();
+        if on.any() {
+            for start in starts {
+                insert(&mut all, start);
+            }
+            all.truncate(degree);
+        }
+        all.into_iter().map(S::Lane::from_f64s).collect()
+    }
+
+    /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
+    /// rounding of start and direction make of it, by the magnitudes of its terms.
+    fn slope_noise(&self, i: usize, rays: &Rays<S::Lane>, own: &Rays<f64x8>) -> f64x8 {
+        let frame = self.frames.at(i);
+        let inv = f64x8::lit(1.0) / own.dir.length();
+        let tiny = f64x8::lit(f64::MIN_POSITIVE);
+        let start: Vec3<f64x8> = widened(frame.start_error(rays));
+        let turn: Vec3<f64x8> = widened(frame.direction_error(rays)) * inv;
+        let (most, most_turn) = (start.max_element().max(tiny), turn.max_element().max(tiny));
+        // Along the direction, the start's error and the direction's at once, each of about unit length: of the terms that
+        // come of it, those wanted are some and none is negative.
+        let dir =
+            own.dir.abs() * inv + start * (f64x8::lit(1.0) / most) + turn * (f64x8::lit(1.0) / most_turn);
+        let terms = Univariate::<{ Polynomial::MAX_ORDER + 1 }>::along(
+            &self.polynomial[i],
+            own.origin.abs(),
+            dir,
+            true,
+        );
+        // The sums themselves: as many roundings as a term has factors, and some.
+        let roundings = f64x8::lit(8.0 * terms.len as f64 * f64::UNIT_ROUNDOFF);
+        terms.c[2] * most + terms.c[1] * (most_turn + roundings)
+    }
+}
+
+/// Puts `x` in its place among rising numbers, NaN last, lane by lane.
+fn insert(rising: &mut SmallVec<[f64x8; 4]>, mut x: f64x8) {
+    let inf = f64x8::lit(f64::INFINITY);
+    x = x.min(inf); // NaN counts as infinity.
+    for y in rising.iter_mut() {
+        let here = y.min(inf);
+        (*y, x) = (here.min(x), here.max(x));
+    }
+    rising.push(x);
+    for y in rising.iter_mut() {
+        *y = y.lt(inf).select(*y, f64x8::lit(f64::NAN));
+    }
+}
+
+/// Coefficients along a ray up to order 4, which most surfaces have, and up to the highest.
+const FEW: usize = 5;
+const MANY: usize = Polynomial::MAX_ORDER + 1;
+
+impl<S: Scalar> Block<S> for Polynomials<S> {
+    type Roots = SmallVec<[S::Lane; 4]>;
+
+    fn len(&self) -> usize {
+        self.polynomial.len()
+    }
+
+    #[inline]
+    fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
+        match self.polynomial[i].order() < FEW {
+            true => self.crossings::<FEW>(i, rays, left),
+            false => self.crossings::<MANY>(i, rays, left),
+        }
+    }
+
+    /// Where the polynomial is negative, farther out than all its roots.
+    fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
+        let own = self.own_rays(i, rays);
+        let ray = self.ray::<MANY>(i, &own, Mask::none_set());
+        (ray.along.value(-ray.reach).lt(f64x8::zero()) & ray.sound).cast()
+    }
+
+    fn resolve(
+        &self,
+        index: &[u32; LANES],
+        active: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+    ) -> Surfaces<S::Lane> {
+        let frame = self.frames.gathered(index).in_f64();
+        let own = frame.rays(&rays.in_f64());
+        let p = own.origin + own.dir * t.to_f64s();
+        let (mut value, mut slope) = (f64x8::zero(), Vec3::<f64x8>::default());
+        let mut waiting = active.bits();
+        while waiting != 0 {
+            let first = index[waiting.trailing_zeros() as usize];
+            let same = index.iter().enumerate().fold(0u8, |same, (k, &i)| same | u8::from(i == first) << k);
+            waiting &= !same;
+            let mask = Mask::<f64x8>::from_bits(same);
+            let (v, g) = gradient(&self.polynomial[first as usize], p);
+            value = mask.select(v, value);
+            slope = Vec3::select(mask, g, slope);
+        }
+        // A Newton step along the gradient puts the point on the surface. Where there is no gradient, at a cusp or where
+        // sheets cross, any normal will do.
+        let square = slope.dot(slope);
+        let smooth = square.gt(f64x8::zero()) & square.lt(f64x8::lit(f64::INFINITY));
+        let step = smooth.keep(value / square);
+        let any = Vec3::new(f64x8::lit(1.0), f64x8::zero(), f64x8::zero());
+        let normal = Vec3::select(smooth, slope, any);
+        Surfaces {
+            point: self.frames.to_world(index, narrowed(p - slope * step)),
+            normal: narrowed(frame.normal(normal)),
+            ..Default::default()
+        }
+    }
+
+    fn bounds(&self, i: usize) -> Aabb {
+        self.bounds[i]
+    }
+
+    fn permute(&mut self, order: &[u32]) {
+        self.frames.permute(order);
+        self.polynomial = order.iter().map(|&i| self.polynomial[i as usize].clone()).collect();
+        self.bounds = permuted(&self.bounds, order);
+    }
+}

@@ -1,0 +1,171 @@
+//! Polynomial surfaces that are something else too: a sphere and a torus, against the kernels made for them.
+
+use crate::support::{Rng, lane_roots, packet};
+use glam::DVec3;
+use octray::kernel::{Block, Left, Polynomials, Rays, Spheres, Tori};
+use octray::lane::{LANES, Lane, Mask, f64x8};
+use octray::scene::{Polynomial, Transform};
+use std::sync::Arc;
+
+const MAJOR: f64 = 0.75;
+const MINOR: f64 = 0.25;
+
+fn polynomial(order: usize, terms: &[([usize; 3], f64)], factor: f64) -> Arc<Polynomial> {
+    let mut c = vec![0.0; Polynomial::terms(order)];
+    for (powers, value) in terms {
+        c[Polynomial::place(order, *powers)] = value * factor;
+    }
+    Arc::new(Polynomial::new(order, c).expect("finite coefficients, as many as the order asks for"))
+}
+
+/// The unit sphere, as a polynomial of `order` whose highest terms are 0.
+fn sphere(order: usize, factor: f64) -> Arc<Polynomial> {
+    let terms = [([2, 0, 0], 1.0), ([0, 2, 0], 1.0), ([0, 0, 2], 1.0), ([0, 0, 0], -1.0)];
+    polynomial(order, &terms, factor)
+}
+
+/// `(r^2 + R^2 - a^2)^2 = 4 R^2 (x^2 + z^2)`
+fn torus(factor: f64) -> Arc<Polynomial> {
+    let k = MAJOR * MAJOR - MINOR * MINOR;
+    let (side, axis) = (2.0 * k - 4.0 * MAJOR * MAJOR, 2.0 * k);
+    let terms = [
+        ([4, 0, 0], 1.0),
+        ([0, 4, 0], 1.0),
+        ([0, 0, 4], 1.0),
+        ([2, 2, 0], 2.0),
+        ([2, 0, 2], 2.0),
+        ([0, 2, 2], 2.0),
+        ([2, 0, 0], side),
+        ([0, 2, 0], axis),
+        ([0, 0, 2], side),
+        ([0, 0, 0], k * k),
+    ];
+    polynomial(4, &terms, factor)
+}
+
+fn rays(rng: &mut Rng, place: &Transform, far: f64) -> Rays<f64x8> {
+    let seen: Vec<_> = (0..LANES)
+        .map(|_| {
+            let from = place.point(rng.direction() * far);
+            (from, place.point(rng.cube()) - from)
+        })
+        .collect();
+    packet(&seen)
+}
+
+/// Crossings of both, from outside and then from where the first was: as many, and as far.
+fn agree(a: &impl Block<f64>, b: &impl Block<f64>, place: &Transform, far: f64, bound: f64) {
+    let rng = &mut Rng(5);
+    let mut met = 0;
+    for _ in 0..2000 {
+        let rays = rays(rng, place, far);
+        let (found, expected) = (a.roots(0, &rays, None), b.roots(0, &rays, None));
+        let surfaces = b.resolve(&[0; LANES], Mask::all_set(), &rays, expected.as_ref()[0]);
+        let on = expected.as_ref()[0].equal(expected.as_ref()[0]);
+        let onward = Rays { origin: surfaces.point, dir: rays.dir };
+        let left = Left { on, part: surfaces.part };
+        let (found_on, expected_on) = (a.roots(0, &onward, Some(&left)), b.roots(0, &onward, Some(&left)));
+        for k in 0..LANES {
+            let hit = on.bits() >> k & 1 == 1;
+            let mut pairs = vec![(lane_roots(found.as_ref(), k), lane_roots(expected.as_ref(), k))];
+            if hit {
+                met += 1;
+                pairs.push((lane_roots(found_on.as_ref(), k), lane_roots(expected_on.as_ref(), k)));
+            }
+            for (found, expected) in pairs {
+                // Two roots that nearly touch are the square root of a rounding apart, or not there at all.
+                let gap = expected.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+                if gap < 1e-3 || found.len() != expected.len() && found.windows(2).any(|w| w[1] - w[0] < 1e-3)
+                {
+                    continue;
+                }
+                assert_eq!(found.len(), expected.len(), "{found:?} for {expected:?}");
+                for (f, e) in found.iter().zip(&expected) {
+                    assert!((f - e).abs() <= bound, "{found:?} for {expected:?}");
+                }
+            }
+        }
+    }
+    assert!(met > 2000, "only {met} rays met it");
+}
+
+fn placed() -> Transform {
+    Transform::scale(DVec3::new(1.0, 2.0, 0.5))
+        .then(&Transform::rotate(DVec3::new(0.3, 0.7, -0.4)))
+        .then(&Transform::translate(DVec3::new(3.0, -2.0, 1.0)))
+}
+
+fn one(polynomial: &Arc<Polynomial>, place: &Transform) -> Polynomials<f64> {
+    let mut block = Polynomials::default();
+    block.push(place, polynomial);
+    block
+}
+
+#[test]
+fn a_sphere_of_any_order_and_factor_is_a_sphere() {
+    let mut spheres = Spheres::default();
+    spheres.push(DVec3::ZERO, 1.0);
+    for order in [2, 3, 4, 7] {
+        for factor in [1.0, 1e8, 1e-8] {
+            // A root's error is that of the value, some 16 roundings of 1, over the slope: at least 1e-3 for roots
+            // that are 1e-3 apart.
+            agree(
+                &one(&sphere(order, factor), &Transform::IDENTITY),
+                &spheres,
+                &Transform::IDENTITY,
+                4.0,
+                1e-11,
+            );
+        }
+    }
+}
+
+#[test]
+fn a_torus_is_a_torus_near_and_far() {
+    for place in [Transform::IDENTITY, placed()] {
+        let mut tori = Tori::default();
+        tori.push(&place, MAJOR, MINOR);
+        for far in [3.0, 1e4] {
+            // As above, with slopes of the order of the gap times the tube; far rays also carry 1e4 roundings of `t`
+            // and of the place.
+            agree(&one(&torus(1.0), &place), &tori, &place, far, 1e-10 * far);
+        }
+    }
+}
+
+#[test]
+fn inside_is_where_the_polynomial_is_negative() {
+    let outside_in = one(&sphere(2, -1.0), &Transform::IDENTITY);
+    let rng = &mut Rng(9);
+    let rays = rays(rng, &Transform::IDENTITY, 4.0);
+    assert!(outside_in.starts_inside(0, &rays).all());
+    assert!(one(&sphere(2, 1.0), &Transform::IDENTITY).starts_inside(0, &rays).none());
+}
+
+#[test]
+fn what_touches_or_is_no_number_is_not_crossed() {
+    // (x^2 + y^2 + z^2 - 1)^2 does not change its sign.
+    let terms = [
+        ([4, 0, 0], 1.0),
+        ([0, 4, 0], 1.0),
+        ([0, 0, 4], 1.0),
+        ([2, 2, 0], 2.0),
+        ([2, 0, 2], 2.0),
+        ([0, 2, 2], 2.0),
+        ([2, 0, 0], -2.0),
+        ([0, 2, 0], -2.0),
+        ([0, 0, 2], -2.0),
+        ([0, 0, 0], 1.0),
+    ];
+    let double = one(&polynomial(4, &terms, 1.0), &Transform::IDENTITY);
+    let through = packet::<f64x8>(&[(DVec3::new(0.0, 0.0, -2.0), DVec3::Z)]);
+    assert!(lane_roots(double.roots(0, &through, None).as_ref(), 0).is_empty());
+    for origin in [f64::NAN, f64::INFINITY] {
+        let mut broken = through;
+        broken.origin.x = f64x8::lit(origin);
+        assert!(
+            lane_roots(one(&sphere(2, 1.0), &Transform::IDENTITY).roots(0, &broken, None).as_ref(), 0)
+                .is_empty()
+        );
+    }
+}
