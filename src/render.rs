@@ -11,6 +11,7 @@ use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
+pub use crate::wave::Occupancy;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,6 +56,8 @@ pub struct RenderOptions {
     pub precision: Precision,
     /// Who traces.
     pub engine: Engine,
+    /// Counts how many of eight lanes work in the packet engine's tests; takes some more time.
+    pub occupancy: bool,
 }
 
 impl Default for RenderOptions {
@@ -66,6 +69,7 @@ impl Default for RenderOptions {
             threads: 0,
             precision: Precision::default(),
             engine: Engine::default(),
+            occupancy: false,
         }
     }
 }
@@ -83,6 +87,8 @@ pub struct RenderStats {
     pub rays: RayCounts,
     /// How many shapes of each kind the scene has; see [`shape_counts`].
     pub shapes: BTreeMap<&'static str, u64>,
+    /// Tests of boxes and of primitives, if they were counted.
+    pub occupancy: Option<Occupancy>,
 }
 
 /// How far a render has come.
@@ -176,9 +182,11 @@ fn trace_packets<S: Scalar, B: Scalar>(
     let begin = Instant::now();
     let sum = Sum::new(options);
     let on_tile = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
-    let (film, counts) = wave::render(&compiled, options.width, options.height, &on_tile);
+    let (width, height) = (options.width, options.height);
+    let (film, rays, occupancy) = wave::render(&compiled, width, height, options.occupancy, &on_tile);
     let trace_s = begin.elapsed().as_secs_f64();
-    (film, RenderStats { build_s, trace_s, rays: counts, ..RenderStats::default() })
+    let occupancy = options.occupancy.then_some(occupancy);
+    (film, RenderStats { build_s, trace_s, rays, occupancy, ..RenderStats::default() })
 }
 
 /// The oracle.

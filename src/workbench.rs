@@ -3,14 +3,14 @@
 //! Knows neither files nor text. Times are of the tracing alone: rays are loaded from columns, traced, and their hits
 //! written to columns, which is what a picture's waves do too.
 
-use crate::bvh::{Preset, Traversal};
+use crate::bvh::{Occupancy, Preset, Traversal};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
 use crate::ray_set::{RayHits, RayQuery, RaySet};
 use crate::render::Precision;
 use crate::scene::{Camera, Projection, Scene};
 pub use crate::wave::FirstHit;
-use crate::wave::{RayStream, StreamHits, nearest_hits, trace_stream};
+use crate::wave::{RayStream, StreamHits, nearest_hits, stream_occupancy, trace_stream};
 use cpu_time::ProcessTime;
 use glam::DVec3;
 use std::time::Instant;
@@ -97,6 +97,17 @@ impl Workbench {
             Prepared::Fast(scene) => nearest_hits(scene, &rays),
             Prepared::Exact(scene) => nearest_hits(scene, &rays),
             Prepared::Strict(scene) => nearest_hits(scene, &rays),
+        }
+    }
+
+    /// How many lanes work in the tests of `rays`; takes one thread as long as a repetition, and some more.
+    pub fn occupancy(&self, rays: &RaySet, traversal: Traversal) -> Occupancy {
+        match &self.prepared {
+            Prepared::Fast(scene) => stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal),
+            Prepared::Exact(scene) => stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal),
+            Prepared::Strict(scene) => {
+                stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal)
+            }
         }
     }
 

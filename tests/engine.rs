@@ -41,7 +41,14 @@ fn name(path: &Path) -> String {
 }
 
 fn picture(scene: &Scene, engine: Engine, precision: Precision, threads: usize) -> Film {
-    let options = RenderOptions { width: WIDTH, height: HEIGHT, threads, precision, engine };
+    let options = RenderOptions {
+        width: WIDTH,
+        height: HEIGHT,
+        threads,
+        precision,
+        engine,
+        ..RenderOptions::default()
+    };
     render(scene, &options, &|_| {}).unwrap().0
 }
 

@@ -67,6 +67,7 @@ pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bv
         depth: 0,
         classes: items.iter().fold(0, |classes, item| classes | item.class),
         origin: origin(&bounds),
+        entry: [[B::default(); 3]; 2],
     };
     let mut order = vec![Vec::new(); kinds];
     if items.is_empty() {
@@ -75,6 +76,8 @@ pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bv
     let root = split(items, preset.bins());
 
     let slack = Bvh::<B>::slack(&tree.moved_bounds());
+    let corners = [tree.moved_bounds().min - slack, tree.moved_bounds().max + slack];
+    tree.entry = corners.map(|corner| corner.to_array().map(B::from_f64));
     let mut emit = Emit { tree: &mut tree, order: &mut order, slack };
     emit.node(&root, 1);
     (tree, order)

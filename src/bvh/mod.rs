@@ -4,10 +4,12 @@
 
 mod build;
 mod node;
+mod occupancy;
 mod packet;
 mod walk;
 
 pub use build::{Item, Preset, build};
 pub use node::{Bvh, Child, Node, Run};
+pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;
 pub use walk::{Stack, Traversal, Visit, walk};

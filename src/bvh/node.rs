@@ -20,6 +20,8 @@ pub struct Bvh<B: Scalar> {
     pub depth: usize,
     /// Union of the classes of all leaves.
     pub classes: u8,
+    /// The bounds relative to `origin`, widened as the boxes are: lowest and highest corner.
+    pub entry: [[B; 3]; 2],
     /// What is subtracted from coordinates before rounding to `B`: the middle of `bounds`, or zero if that is not far.
     pub origin: DVec3,
 }
@@ -99,6 +101,12 @@ pub struct Run {
 }
 
 impl<B: Scalar> Node<B> {
+    /// How many children there are.
+    #[inline(always)]
+    pub fn children(&self) -> u32 {
+        self.child.iter().filter(|&&child| child != Child::NONE).count() as u32
+    }
+
     /// No children.
     pub fn empty() -> Self {
         Self {
@@ -140,36 +148,26 @@ impl<B: Scalar> Bvh<B> {
     }
 
     fn leaf_len(&self, leaf: Child) -> u32 {
-        self.leaf(leaf).map(|run| run.len).sum()
+        let mut len = 0;
+        self.for_each_run(leaf, |run| len += run.len);
+        len
     }
 
-    /// The runs of a leaf.
+    /// Hands the runs of a leaf to `with`, one after the other.
     #[inline(always)]
-    pub fn leaf(&self, leaf: Child) -> impl Iterator<Item = Run> {
+    pub fn for_each_run(&self, leaf: Child, mut with: impl FnMut(&Run)) {
         let Child { at, what } = leaf;
-        let several = what == Child::SEVERAL;
-        let mut next = Some(if several {
-            self.runs[at as usize]
-        } else {
-            Run {
-                kind: what as u8,
-                class: (what >> 8) as u8,
-                last: true,
-                len: what >> 16 & Child::MOST,
-                first: at,
+        if what != Child::SEVERAL {
+            let (kind, class) = (what as u8, (what >> 8) as u8);
+            with(&Run { kind, class, last: true, len: what >> 16 & Child::MOST, first: at });
+            return;
+        }
+        for run in &self.runs[at as usize..] {
+            with(run);
+            if run.last {
+                break;
             }
-        });
-        let mut number = at as usize;
-        std::iter::from_fn(move || {
-            let run = next?;
-            next = if run.last {
-                None
-            } else {
-                number += 1;
-                self.runs.get(number).copied()
-            };
-            Some(run)
-        })
+        }
     }
 
     /// How far boxes within `bounds` are widened on either side of each axis: what roundings can move a plane's

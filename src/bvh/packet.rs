@@ -1,7 +1,7 @@
 //! Eight rays as the tree sees them, and what bounds several of them.
 
 use super::Bvh;
-use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +15,17 @@ pub struct Packet<B: Scalar> {
     pub far: B::Lane,
     /// How far the start was moved, in scene units.
     start: B::Lane,
+    /// Where the rays really start.
+    eye: [B::Lane; 3],
+}
+
+/// From where distances along rays are counted when boxes are held against several of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Frame {
+    /// From each ray's own start at the tree's bounds.
+    Own,
+    /// From the start that all of them share, as far off as it may be.
+    Common,
 }
 
 /// Roundings of `B` that a distance may be off by, with room: it decides where a ray enters the bounds and how far it
@@ -35,12 +46,12 @@ impl<B: Scalar> Packet<B> {
         let inverse = dir.cast::<B::Lane>().slab_inverse();
         let inverse = [inverse.x, inverse.y, inverse.z];
         let mut own = [origin.x, origin.y, origin.z].map(cast::<L, B::Lane>);
-        let slack = Bvh::<B>::slack(&bvh.moved_bounds());
-        let (min, max) = (bvh.moved_bounds().min - slack, bvh.moved_bounds().max + slack);
+        let eye = own;
+        let [min, max] = bvh.entry;
         // Where the ray enters the bounds: it starts there, so that a far eye is no less exact than a near one.
         let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
         for axis in 0..3 {
-            let (min, max) = (B::Lane::lit(min[axis]), B::Lane::lit(max[axis]));
+            let (min, max) = (B::Lane::splat(min[axis]), B::Lane::splat(max[axis]));
             let (a, b) = ((min - own[axis]) * inverse[axis], (max - own[axis]) * inverse[axis]);
             t_in = a.min(b).max(t_in);
             t_out = a.max(b).min(t_out);
@@ -53,7 +64,7 @@ impl<B: Scalar> Packet<B> {
             own = [moved(origin.x, dir.x), moved(origin.y, dir.y), moved(origin.z, dir.z)];
         }
         let offset = [0, 1, 2].map(|axis| -(own[axis] * inverse[axis]));
-        let mut packet = Self { origin: own, inverse, offset, far: B::Lane::lit(-1.0), start };
+        let mut packet = Self { origin: own, inverse, offset, far: B::Lane::lit(-1.0), start, eye };
         let far = packet.far_of(t_far);
         let meets = start.le(t_out * B::Lane::lit(1.0 + roundings));
         packet.far = (meets & Mask::from_bits(active)).select(far, packet.far);
@@ -64,7 +75,8 @@ impl<B: Scalar> Packet<B> {
     #[inline]
     pub fn idle() -> Self {
         let none = [B::Lane::zero(); 3];
-        Self { origin: none, inverse: none, offset: none, far: B::Lane::lit(-1.0), start: B::Lane::zero() }
+        let (far, start) = (B::Lane::lit(-1.0), B::Lane::zero());
+        Self { origin: none, inverse: none, offset: none, far, start, eye: none }
     }
 
     /// A distance along the rays as this packet's boxes count it, rounded up.
@@ -93,18 +105,12 @@ impl<B: Scalar> Packet<B> {
         self.inverse.map(|i| i.lt(B::Lane::zero()).bits())
     }
 
-    /// The octant all live lanes share, if they do: bit `axis` set where directions are negative.
-    pub(super) fn octant(&self) -> Option<u8> {
-        let live = self.live();
-        let mut octant = 0;
-        for (axis, signs) in self.signs().into_iter().enumerate() {
-            if signs & live == live {
-                octant |= 1 << axis;
-            } else if signs & live != 0 {
-                return None;
-            }
-        }
-        Some(octant)
+    /// The octant of a lane: bit `axis` set where its direction is negative.
+    pub(super) fn octant_of(&self, lane: usize) -> u8 {
+        self.signs()
+            .into_iter()
+            .enumerate()
+            .fold(0, |octant, (axis, signs)| octant | (signs >> lane & 1) << axis)
     }
 
     /// The live lanes that share the octant of the first live lane.
@@ -115,17 +121,179 @@ impl<B: Scalar> Packet<B> {
             .fold(live, |lanes, signs| lanes & if signs >> first & 1 == 1 { signs } else { !signs })
     }
 
-    /// What bounds the live rays, which share an octant.
-    pub(super) fn interval(&self) -> Interval<B> {
+    /// How far the live rays look, counted as `frame` has it; negative for others.
+    #[inline(always)]
+    pub(super) fn far_in(&self, frame: Frame) -> B::Lane {
         let live = self.far.ge(B::Lane::zero());
-        let (inf, neg) = (B::Lane::lit(f64::INFINITY), B::Lane::lit(f64::NEG_INFINITY));
-        let least = |x: B::Lane| fold(live.select(x, inf), |a, b| if b < a { b } else { a });
-        let most = |x: B::Lane| fold(live.select(x, neg), |a, b| if b > a { b } else { a });
-        Interval {
-            origin: self.origin.map(|x| [least(x), most(x)]),
-            inverse: self.inverse.map(|x| [least(x), most(x)]),
+        match frame {
+            Frame::Own => self.far,
+            // The sum is rounded; what it is made of has been padded for more.
+            Frame::Common => live.select(self.far + self.start, B::Lane::lit(-1.0)),
         }
     }
+
+    /// The rays themselves as what is held against boxes.
+    #[inline(always)]
+    pub(super) fn units(&self, frame: Frame, octant: u8, pad: B) -> Units<B> {
+        if frame == Frame::Own {
+            let lines = [0, 1, 2].map(|axis| (self.inverse[axis], self.offset[axis]));
+            return Units { soon: lines, late: lines };
+        }
+        let (inverse, origin) = (self.inverse, self.eye);
+        let pad = B::Lane::splat(pad);
+        let line = |axis: usize, late: bool| {
+            let negative = octant >> axis & 1 == 1;
+            let origin = if negative == late { origin[axis] + pad } else { origin[axis] - pad };
+            (inverse[axis], -(origin * inverse[axis]))
+        };
+        Units { soon: [0, 1, 2].map(|axis| line(axis, false)), late: [0, 1, 2].map(|axis| line(axis, true)) }
+    }
+}
+
+/// Eight things that boxes are held against: the rays of a packet, or packets by their bounds. A plane's crossing is
+/// `plane * .0 + .1`; by axis, the soonest and the latest that a unit has it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units<B: Scalar> {
+    pub soon: [Crossing<B::Lane>; 3],
+    pub late: [Crossing<B::Lane>; 3],
+}
+
+/// The least and the most of a number over the live rays of each packet, a packet a lane. Lanes of packets without a live
+/// ray hold anything.
+#[inline(always)]
+fn ends<B: Scalar>(packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> B::Lane) -> [B::Lane; 2] {
+    let mut rows = [B::Lane::zero(); LANES];
+    for (row, packet) in rows.iter_mut().zip(packets) {
+        let (x, live) = (column(packet), packet.live());
+        *row = x;
+        if live != !0 {
+            let first = x.lanes()[live.trailing_zeros() as usize & (LANES - 1)];
+            *row = Mask::from_bits(live).select(x, B::Lane::splat(first));
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
+    let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
+    let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
+    [least, most]
+}
+
+/// What bounds the directions of up to eight packets, a packet a lane; by axis, least and most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Directions<B: Scalar> {
+    inverse: [[B::Lane; 2]; 3],
+}
+
+impl<B: Scalar> Directions<B> {
+    pub fn of(packets: &[Packet<B>]) -> Self {
+        Self { inverse: [0, 1, 2].map(|axis| ends(packets, |packet| packet.inverse[axis])) }
+    }
+
+    /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
+    pub fn octants(&self) -> ([u8; 3], u8) {
+        let zero = B::Lane::zero();
+        let backward = self.inverse.map(|[_, most]| most.lt(zero).bits());
+        let mixed = [0, 1, 2].map(|axis| self.inverse[axis][0].lt(zero).bits() & !backward[axis]);
+        (backward, mixed[0] | mixed[1] | mixed[2])
+    }
+
+    /// How far apart each packet's directions are: the widths of their components, summed.
+    pub fn spread(&self) -> B::Lane {
+        let one = B::Lane::lit(1.0);
+        let [x, y, z] = self.inverse.map(|[a, b]| (one / a - one / b).abs());
+        x + y + z
+    }
+
+    /// The same for all packets of `which` together.
+    pub fn spread_of(&self, which: u8) -> f64 {
+        self.inverse
+            .iter()
+            .map(|&both| {
+                let [a, b] = around(which, both);
+                (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()
+            })
+            .sum()
+    }
+}
+
+/// What bounds the live rays of up to eight packets, a packet a lane; by axis, least and most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds<B: Scalar> {
+    origin: [[B::Lane; 2]; 3],
+    inverse: [[B::Lane; 2]; 3],
+}
+
+/// Rays whose starts lie within this share of the tree's bounds have them in common: then bounds over a packet are so
+/// close that its rays need not be asked. (The other end of shadow rays, a light, was tried too: such bounds hold the
+/// surface that the rays start on, which are four times the tests.)
+const COMMON: f64 = 1.0 / 1024.0;
+/// How far off a common start counts as, in roundings of its coordinates and of the bounds' widths: what
+/// [`Bvh::slack`] reckons with for starts within the bounds (7.5), with room.
+const COMMON_ROUNDINGS: f64 = 16.0;
+
+impl<B: Scalar> Bounds<B> {
+    /// Of packets by their own starts.
+    pub fn of(packets: &[Packet<B>], directions: &Directions<B>) -> Self {
+        Self {
+            origin: [0, 1, 2].map(|axis| ends(packets, |packet| packet.origin[axis])),
+            inverse: directions.inverse,
+        }
+    }
+
+    /// The same by the start that the packets of `which` have in common, if they do; and how far off that may be.
+    pub fn common(
+        bvh: &Bvh<B>,
+        packets: &[Packet<B>],
+        which: u8,
+        directions: &Directions<B>,
+    ) -> Option<(Self, B)> {
+        let mut eye = [0, 1, 2].map(|axis| ends(packets, |packet| packet.eye[axis]));
+        let (mut reach, width) = (0.0f64, (bvh.bounds.max - bvh.bounds.min).max_element());
+        for both in &eye {
+            let [least, most] = around(which, *both).map(B::to_f64);
+            if !(most - least <= COMMON * width) {
+                return None;
+            }
+            reach = reach.max(least.abs()).max(most.abs());
+        }
+        let pad = B::from_f64((reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF));
+        let lanes = B::Lane::splat(pad);
+        for [least, most] in &mut eye {
+            (*least, *most) = (*least - lanes, *most + lanes);
+        }
+        Some((Self { origin: eye, inverse: directions.inverse }, pad))
+    }
+
+    /// Around the packets whose bit is set.
+    pub fn around(&self, which: u8) -> Interval<B> {
+        let both = |ends: [B::Lane; 2]| around(which, ends);
+        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
+    }
+
+    /// One packet's.
+    pub fn lane(&self, packet: usize) -> Interval<B> {
+        let both = |ends: [B::Lane; 2]| ends.map(|x| x.lanes()[packet]);
+        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
+    }
+
+    /// The packets as what is held against boxes.
+    pub fn units(&self, octant: u8) -> Units<B> {
+        let line = |axis: usize, late: bool| {
+            let negative = octant >> axis & 1 == 1;
+            let origin = self.origin[axis][usize::from(negative == late)];
+            let inverse = self.inverse[axis][usize::from(negative != late)];
+            (inverse, -(origin * inverse))
+        };
+        Units { soon: [0, 1, 2].map(|axis| line(axis, false)), late: [0, 1, 2].map(|axis| line(axis, true)) }
+    }
+}
+
+/// The least and the most over the lanes whose bit is set.
+#[inline(always)]
+fn around<L: Lane>(which: u8, [least, most]: [L; 2]) -> [L::Scalar; 2] {
+    let which = Mask::<L>::from_bits(which);
+    let least = which.select(least, L::lit(f64::INFINITY));
+    let most = which.select(most, L::lit(f64::NEG_INFINITY));
+    [fold(least, |a, b| if b < a { b } else { a }), fold(most, |a, b| if b > a { b } else { a })]
 }
 
 #[inline(always)]
@@ -143,26 +311,9 @@ pub(super) struct Interval<B> {
 }
 
 /// A plane's crossing is `plane * .0 + .1`.
-type Crossing<L> = (L, L);
+pub(super) type Crossing<L> = (L, L);
 
 impl<B: Scalar> Interval<B> {
-    /// Around both.
-    pub fn union(&self, other: &Self) -> Self {
-        let join = |a: [[B; 2]; 3], b: [[B; 2]; 3]| {
-            [0, 1, 2].map(|k| {
-                let least = if b[k][0] < a[k][0] { b[k][0] } else { a[k][0] };
-                let most = if b[k][1] > a[k][1] { b[k][1] } else { a[k][1] };
-                [least, most]
-            })
-        };
-        Self { origin: join(self.origin, other.origin), inverse: join(self.inverse, other.inverse) }
-    }
-
-    /// How far apart directions are: the widths of their components, summed.
-    pub fn spread(&self) -> f64 {
-        self.inverse.iter().map(|[a, b]| (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()).sum()
-    }
-
     /// By axis: crossings no ray of the group has before, and none after. (Where they are negative the planes lie behind
     /// some ray, and only the sign holds; more is not asked of them.)
     #[allow(clippy::type_complexity)]

@@ -6,7 +6,7 @@
 //! singly. Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
-use super::packet::{Interval, Packet};
+use super::packet::{Bounds, Crossing, Directions, Frame, Interval, Packet, Units};
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, Lane, Mask, Scalar};
 
@@ -22,6 +22,8 @@ pub trait Visit<B: Scalar> {
     fn single(&mut self, run: &Run, state: &Packet<B>, far: B) -> B;
     /// The single ray has seen everything.
     fn end_single(&mut self);
+    /// Eight lanes were held against boxes, so many of them with something to hold.
+    fn boxes(&mut self, lanes: u32);
     /// False if no ray of the walk cares for runs of this class.
     fn wants(&self, class: u8) -> bool;
 }
@@ -83,9 +85,8 @@ pub struct Stack<B: Scalar>(Vec<Entry<B>>);
 struct Entry<B> {
     near: B,
     child: Child,
-    packets: u8,
-    /// If there is one packet: lanes that met the box.
-    lanes: u8,
+    /// The packets of a group, or the lanes of a packet, that may meet it.
+    who: u8,
 }
 
 /// Walks up to eight packets through the tree.
@@ -100,61 +101,85 @@ pub fn walk<B: Scalar>(
     if bvh.nodes.is_empty() {
         return;
     }
-    // A group leaves at most seven entries behind on each level, and so does the single ray that follows it.
-    let room = 2 * (LANES - 1) * bvh.depth + 2;
+    // A group leaves at most seven entries behind on each level, and so do the packet and the single ray that follow it.
+    let room = 3 * (LANES - 1) * bvh.depth + 3;
     if stack.0.len() < room {
-        stack.0.resize(room, Entry { near: B::default(), child: Child::NONE, packets: 0, lanes: 0 });
+        stack.0.resize(room, Entry { near: B::default(), child: Child::NONE, who: 0 });
     }
     let (stack, switches) = (&mut stack.0[..], Switches::of(traversal));
-    let mut intervals = [Interval::<B>::default(); LANES];
-    let mut octants = [MIXED; LANES];
     let mut waiting = 0u8;
-    for k in 0..packets.len() {
-        let live = packets[k].live();
-        if live == 0 {
-            continue;
-        }
-        if switches.packet_spread < 0.0 {
-            walk_lanes(bvh, packets, k, live, stack, visit);
-            continue;
-        }
-        waiting |= 1 << k;
-        if let Some(octant) = packets[k].octant() {
-            intervals[k] = packets[k].interval();
-            octants[k] = octant;
-        }
+    for (k, packet) in packets.iter().enumerate() {
+        waiting |= u8::from(packet.live() != 0) << k;
     }
-    while waiting != 0 {
-        let first = waiting.trailing_zeros() as usize;
-        waiting &= waiting - 1;
-        if octants[first] == MIXED {
-            walk_mixed(bvh, packets, first, stack, visit, &switches);
-            continue;
+    if switches.packet_spread < 0.0 {
+        for k in bits(waiting) {
+            walk_lanes(bvh, packets, k, packets[k].live(), stack, visit);
         }
-        let mut interval = intervals[first];
-        if interval.spread() > switches.packet_spread {
-            let live = packets[first].live();
-            walk_lanes(bvh, packets, first, live, stack, visit);
-            continue;
+        return;
+    }
+    let directions = Directions::of(packets);
+    let (backward, mixed) = directions.octants();
+    let wide = !directions.spread().le(B::Lane::lit(switches.packet_spread)).bits();
+    for k in bits(waiting & mixed) {
+        walk_mixed(bvh, packets, k, stack, visit, &switches);
+    }
+    for k in bits(waiting & !mixed & wide) {
+        walk_lanes(bvh, packets, k, packets[k].live(), stack, visit);
+    }
+    waiting &= !(mixed | wide);
+    if waiting == 0 {
+        return;
+    }
+    let common = Bounds::common(bvh, packets, waiting, &directions);
+    let frame = if common.is_some() { Frame::Common } else { Frame::Own };
+    let (bounds, pad) = common.unwrap_or_else(|| (Bounds::of(packets, &directions), B::default()));
+    while waiting != 0 {
+        let first = waiting.trailing_zeros();
+        let (mut octant, mut group) = (0u8, waiting);
+        for (axis, backward) in backward.into_iter().enumerate() {
+            let negative = backward >> first & 1;
+            octant |= negative << axis;
+            group &= if negative == 1 { backward } else { !backward };
         }
         // Packets of one octant and much the same direction go together.
-        let mut group = 1u8 << first;
-        for k in bits(waiting) {
-            if octants[k] == octants[first] {
-                let both = interval.union(&intervals[k]);
-                if both.spread() <= switches.group_spread {
-                    interval = both;
+        if directions.spread_of(group) > switches.group_spread {
+            let candidates = group & !(1 << first);
+            group = 1 << first;
+            for k in bits(candidates) {
+                if directions.spread_of(group | 1 << k) <= switches.group_spread {
                     group |= 1 << k;
                 }
             }
         }
         waiting &= !group;
-        walk_group(bvh, packets, group, octants[first], &interval, stack, visit, switches.least_lanes);
+        let group = Group {
+            bvh,
+            frame,
+            octant,
+            bounds: &bounds,
+            pad,
+            least_lanes: switches.least_lanes,
+            packets: group,
+        };
+        if frame == Frame::Common {
+            walk_group::<B, false>(&group, packets, stack, visit);
+        } else {
+            walk_group::<B, true>(&group, packets, stack, visit);
+        }
     }
 }
 
-/// Not an octant: a packet's rays go several ways.
-const MIXED: u8 = 8;
+/// Packets that share an octant, and how they are looked at.
+struct Group<'a, B: Scalar> {
+    bvh: &'a Bvh<B>,
+    frame: Frame,
+    octant: u8,
+    bounds: &'a Bounds<B>,
+    /// How far off the frame's starts may be.
+    pad: B,
+    least_lanes: u32,
+    packets: u8,
+}
 
 /// A packet whose rays go several ways: octant by octant, a few rays singly.
 fn walk_mixed<B: Scalar>(
@@ -167,6 +192,7 @@ fn walk_mixed<B: Scalar>(
 ) {
     let mut waiting = packets[number].live();
     while waiting != 0 {
+        let first = waiting.trailing_zeros() as usize & (LANES - 1);
         let lanes = packets[number].first_octant_lanes(waiting);
         waiting &= !lanes;
         if lanes.count_ones() < switches.least_lanes {
@@ -177,14 +203,25 @@ fn walk_mixed<B: Scalar>(
         let others = Mask::<B::Lane>::from_bits(!lanes);
         let kept = packets[number].far;
         packets[number].far = others.select(B::Lane::lit(-1.0), kept);
-        if let Some(octant) = packets[number].octant() {
-            let interval = packets[number].interval();
-            if interval.spread() > switches.packet_spread {
-                walk_lanes(bvh, packets, number, lanes, stack, visit);
-            } else {
-                let least = switches.least_lanes;
-                walk_group(bvh, packets, 1 << number, octant, &interval, stack, visit, least);
-            }
+        let alone = &packets[number..=number];
+        let directions = Directions::of(alone);
+        if directions.spread_of(1) > switches.packet_spread {
+            walk_lanes(bvh, packets, number, lanes, stack, visit);
+        } else {
+            let interval = Bounds::of(alone, &directions).lane(0);
+            let octant = packets[number].octant_of(first);
+            let start = Entry { near: B::default(), child: Child::ROOT, who: lanes };
+            let least_lanes = switches.least_lanes;
+            let how = OnePacket {
+                bvh,
+                number,
+                frame: Frame::Own,
+                octant,
+                interval,
+                pad: B::default(),
+                least_lanes,
+            };
+            walk_packet(&how, packets, start, stack, visit);
         }
         packets[number].far = others.select(kept, packets[number].far);
     }
@@ -230,112 +267,194 @@ fn with_lane<L: Lane>(x: L, k: usize, value: L::Scalar) -> L {
     Mask::<L>::from_bits(1 << k).select(L::splat(value), x)
 }
 
-#[allow(clippy::too_many_arguments)] // What a walk is: where, who, how.
-fn walk_group<B: Scalar>(
-    bvh: &Bvh<B>,
+/// Puts the children of a node on the stack that units of `who` may meet, the farthest first. `LOOSE` units
+/// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked.
+#[inline(always)]
+fn expand<B: Scalar, const LOOSE: bool>(
+    node: &Node<B>,
+    who: u8,
+    sides: &Sides,
+    culls: &Culls<B>,
+    (units, fars, farthest): (&Units<B>, B::Lane, B),
+    packets: &[Packet<B>],
+    (stack, top): (&mut [Entry<B>], &mut usize),
+    visit: &mut impl Visit<B>,
+) {
+    visit.boxes(node.children());
+    // All eight children against the bounds of the whole group.
+    let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
+    for axis in 0..3 {
+        let ((inverse, offset), (late_inverse, late_offset)) = (culls.soon[axis], culls.late[axis]);
+        t_in = sides.near(node, axis).fused(inverse, offset).max(t_in);
+        t_out = sides.far(node, axis).fused(late_inverse, late_offset).min(t_out);
+    }
+    let mut children = t_in.le(t_out).bits();
+    let (t_in, mut order) = (t_in.to_array(), Order::default());
+    let mut met_by = [0u8; LANES];
+    while children != 0 {
+        let c = children.trailing_zeros() as usize & (LANES - 1);
+        children &= children - 1;
+        let near = sides.near.map(|k| B::Lane::splat(node.planes[k][c]));
+        let far = sides.far.map(|k| B::Lane::splat(node.planes[k][c]));
+        let (mut enter, mut leave) = (B::Lane::zero(), fars);
+        let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
+        for axis in 0..3 {
+            let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
+            enter = near[axis].fused(inverse, offset).max(enter);
+            leave = far[axis].fused(late_inverse, late_offset).min(leave);
+            if LOOSE {
+                sure_in = near[axis].fused(late_inverse, late_offset).max(sure_in);
+                sure_out = far[axis].fused(inverse, offset).min(sure_out);
+            }
+        }
+        visit.boxes(who.count_ones());
+        let mut met = enter.le(leave).bits() & who;
+        if LOOSE {
+            for k in bits(met & !sure_in.le(sure_out).bits()) {
+                let packet = &packets[k];
+                let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
+                for axis in 0..3 {
+                    let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
+                    enter = near[axis].fused(inverse, offset).max(enter);
+                    leave = far[axis].fused(inverse, offset).min(leave);
+                }
+                visit.boxes(packet.live().count_ones());
+                met &= !(u8::from(enter.le(leave).bits() == 0) << k);
+            }
+        }
+        if met != 0 {
+            met_by[c] = met;
+            order.insert(t_in[c], c);
+        }
+    }
+    for c in order.farthest_first() {
+        stack[*top] = Entry { near: t_in[c], child: node.child[c], who: met_by[c] };
+        *top += 1;
+    }
+}
+
+/// A group's bounds against eight boxes.
+struct Culls<B: Scalar> {
+    soon: [Crossing<B::Lane>; 3],
+    late: [Crossing<B::Lane>; 3],
+}
+
+/// `LOOSE` bounds of packets only tell some boxes that are missed: rays are asked too.
+fn walk_group<B: Scalar, const LOOSE: bool>(
+    how: &Group<B>,
     packets: &mut [Packet<B>],
-    group: u8,
-    octant: u8,
-    interval: &Interval<B>,
     stack: &mut [Entry<B>],
     visit: &mut impl Visit<B>,
-    least_lanes: u32,
 ) {
+    let &Group { bvh, frame, octant, bounds, .. } = how;
     let sides = Sides::of(octant);
-    let (soon, late) = interval.ends(octant);
+    let (soon, late) = bounds.around(how.packets).ends(octant);
+    let (culls, units) = (Culls { soon, late }, bounds.units(octant));
     let mut fars = B::Lane::lit(-1.0); // The farthest that any ray of a packet looks, a lane a packet.
-    for k in bits(group) {
-        fars = with_lane(fars, k, highest(packets[k].far));
+    for k in bits(how.packets) {
+        fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
     }
     let mut farthest = highest(fars);
-    stack[0] = Entry { near: B::default(), child: Child::ROOT, packets: group, lanes: !0 };
+    stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
     let mut top = 1;
     while top > 0 {
         top -= 1;
         let entry = stack[top];
         // Packets that have found something nearer since the entry was made drop out.
-        let mask = entry.packets & B::Lane::splat(entry.near).le(fars).bits();
-        if mask == 0 {
+        let who = entry.who & B::Lane::splat(entry.near).le(fars).bits();
+        if who == 0 {
             continue;
         }
         if entry.child.is_leaf() {
-            for run in bvh.leaf(entry.child) {
+            let mut changed = 0;
+            bvh.for_each_run(entry.child, |run| {
                 if visit.wants(run.class) {
-                    let changed = visit.packets(&run, mask, packets);
-                    if changed != 0 {
-                        for k in bits(changed) {
-                            fars = with_lane(fars, k, highest(packets[k].far));
-                        }
-                        farthest = highest(fars);
-                    }
+                    changed |= visit.packets(run, who, packets);
                 }
+            });
+            if changed != 0 {
+                for k in bits(changed) {
+                    fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
+                }
+                farthest = highest(fars);
             }
             continue;
         }
-        if entry.lanes.count_ones() < least_lanes {
-            let number = mask.trailing_zeros() as usize;
-            let lanes = entry.lanes & packets[number].live();
-            for lane in bits(lanes) {
-                walk_single(bvh, &mut packets[number], number, lane, entry.child, &mut stack[top..], visit);
-            }
-            fars = with_lane(fars, number, highest(packets[number].far));
+        if who & (who - 1) == 0 {
+            // One packet is left: its rays are held against boxes from here on.
+            let k = who.trailing_zeros() as usize & (LANES - 1);
+            let start = Entry { who: packets[k].live(), ..entry };
+            let (interval, pad, least_lanes) = (bounds.lane(k), how.pad, how.least_lanes);
+            let how = OnePacket { bvh, number: k, frame, octant, interval, pad, least_lanes };
+            walk_packet(&how, packets, start, &mut stack[top..], visit);
+            fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
             farthest = highest(fars);
             continue;
         }
-
         let node = &bvh.nodes[entry.child.index()];
-        // All eight children against the bounds of the whole group: what some ray may meet, what all rays meet.
-        let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
-        let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
-        for axis in 0..3 {
-            let (near, far) = (sides.near(node, axis), sides.far(node, axis));
-            let ((least, soon), (most, late)) = (soon[axis], late[axis]);
-            t_in = near.fused(least, soon).max(t_in);
-            t_out = far.fused(most, late).min(t_out);
-            sure_in = near.fused(most, late).max(sure_in);
-            sure_out = far.fused(least, soon).min(sure_out);
+        let looking = (&units, fars, farthest);
+        expand::<B, LOOSE>(node, who, &sides, &culls, looking, packets, (stack, &mut top), visit);
+    }
+}
+
+/// One packet, and how it is looked at.
+struct OnePacket<'a, B: Scalar> {
+    bvh: &'a Bvh<B>,
+    number: usize,
+    frame: Frame,
+    octant: u8,
+    interval: Interval<B>,
+    pad: B,
+    least_lanes: u32,
+}
+
+/// Some rays of one packet that share an octant.
+fn walk_packet<B: Scalar>(
+    how: &OnePacket<B>,
+    packets: &mut [Packet<B>],
+    start: Entry<B>,
+    stack: &mut [Entry<B>],
+    visit: &mut impl Visit<B>,
+) {
+    let &OnePacket { bvh, number, frame, octant, .. } = how;
+    let sides = Sides::of(octant);
+    let (soon, late) = how.interval.ends(octant);
+    let (culls, units) = (Culls { soon, late }, packets[number].units(frame, octant, how.pad));
+    let mut far = packets[number].far_in(frame);
+    let mut farthest = highest(far);
+    stack[0] = start;
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let entry = stack[top];
+        let lanes = entry.who & B::Lane::splat(entry.near).le(far).bits();
+        if lanes == 0 {
+            continue;
         }
-        let mut children = t_in.le(t_out).bits();
-        let sure = sure_in.le(sure_out).bits();
-        let (t_in, mut order) = (t_in.to_array(), Order::default());
-        let mut met_by = [(0u8, 0u8); LANES];
-        while children != 0 {
-            let c = children.trailing_zeros() as usize & (LANES - 1);
-            children &= children - 1;
-            let (mut kept, mut lanes) = (mask, !0u8);
-            if sure >> c & 1 == 0 {
-                kept = 0;
-                let near = sides.near.map(|k| B::Lane::splat(node.planes[k][c]));
-                let far = sides.far.map(|k| B::Lane::splat(node.planes[k][c]));
-                let mut all = 0u8;
-                for k in bits(mask) {
-                    let packet = &packets[k];
-                    let mut enter = B::Lane::zero();
-                    let mut leave = packet.far;
-                    for axis in 0..3 {
-                        let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
-                        enter = near[axis].fused(inverse, offset).max(enter);
-                        leave = far[axis].fused(inverse, offset).min(leave);
-                    }
-                    let met = enter.le(leave).bits();
-                    kept |= u8::from(met != 0) << k;
-                    all |= met;
-                }
-                if kept == 0 {
-                    continue;
-                }
-                if kept & (kept - 1) == 0 {
-                    lanes = all;
-                }
+        if lanes.count_ones() < how.least_lanes {
+            for lane in bits(lanes) {
+                walk_single(bvh, &mut packets[number], number, lane, entry.child, &mut stack[top..], visit);
             }
-            met_by[c] = (kept, lanes);
-            order.insert(t_in[c], c);
+            far = packets[number].far_in(frame);
+            farthest = highest(far);
+            continue;
         }
-        for c in order.farthest_first() {
-            let (packets, lanes) = met_by[c];
-            stack[top] = Entry { near: t_in[c], child: node.child[c], packets, lanes };
-            top += 1;
+        if entry.child.is_leaf() {
+            let mut changed = 0;
+            bvh.for_each_run(entry.child, |run| {
+                if visit.wants(run.class) {
+                    changed |= visit.packets(run, 1 << number, packets);
+                }
+            });
+            if changed != 0 {
+                far = packets[number].far_in(frame);
+                farthest = highest(far);
+            }
+            continue;
         }
+        let node = &bvh.nodes[entry.child.index()];
+        let looking = (&units, far, farthest);
+        expand::<B, false>(node, lanes, &sides, &culls, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -374,13 +493,14 @@ fn walk_single<B: Scalar>(
     let mut top = 0;
     loop {
         if child.is_leaf() {
-            for run in bvh.leaf(child) {
+            bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    far = visit.single(&run, packet, far);
+                    far = visit.single(run, packet, far);
                 }
-            }
+            });
         } else {
             let node = &bvh.nodes[child.index()];
+            visit.boxes(node.children());
             let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
             for axis in 0..3 {
                 t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).max(t_in);
@@ -397,7 +517,7 @@ fn walk_single<B: Scalar>(
                 let t_in = t_in.to_array();
                 let d = met.trailing_zeros() as usize & (LANES - 1);
                 met &= met - 1;
-                let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], packets: 1, lanes: 0 };
+                let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
                 if met == 0 {
                     let (nearer, other) = if t_in[d] < t_in[c] { (d, c) } else { (c, d) };
                     stack[top] = entry(other);

@@ -5,7 +5,7 @@ use super::render::PrecisionArg;
 use super::scene::{SceneArgs, load};
 use clap::ValueEnum;
 use glam::DVec3;
-use octray::bvh::{Preset, Traversal};
+use octray::bvh::{Occupancy, Preset, Traversal};
 use octray::image_io::replace_file;
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
@@ -67,6 +67,9 @@ pub struct Args {
     /// How much time the tree may take
     #[arg(long, value_enum, default_value_t)]
     build: BuildArg,
+    /// Count how many of eight lanes work: once more for each set, by one thread
+    #[arg(long)]
+    occupancy: bool,
     /// Write the last set's hits (HITS0001)
     #[arg(long, value_name = "FILE")]
     hits: Option<PathBuf>,
@@ -157,6 +160,8 @@ struct Line {
     traversal: String,
     build: String,
     differs: Option<usize>,
+    /// Tests of boxes and of primitives, and lanes at work in them; null unless counted.
+    occupancy: Option<Occupancy>,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -200,6 +205,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             traversal: format!("{:?}", args.traversal).to_lowercase(),
             build: format!("{:?}", args.build).to_lowercase(),
             differs: differs.as_ref().map(Vec::len),
+            occupancy: args.occupancy.then(|| bench.occupancy(&rays, traversal)),
             set: name,
         };
         println!("{}", serde_json::to_string(&line).expect("plain numbers and names"));

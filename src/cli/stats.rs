@@ -1,6 +1,6 @@
 //! What `--stats` writes.
 
-use octray::render::{Precision, RayCounts, RenderOptions, RenderStats};
+use octray::render::{Occupancy, Precision, RayCounts, RenderOptions, RenderStats};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -22,10 +22,27 @@ pub struct Stats {
     pub rays: RayCounts,
     /// All rays, over `trace_s`.
     pub mrays_per_s: f64,
+    /// With `--occupancy`: mean lanes at work, of eight, in tests of boxes and of primitives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub occupancy: Option<MeanLanes>,
     /// Shapes by kind.
     pub shapes: BTreeMap<&'static str, u64>,
     /// The most memory the process ever held; null where the system does not tell.
     pub peak_rss_bytes: Option<u64>,
+}
+
+/// Mean lanes at work in a test of eight.
+#[derive(Debug, Serialize)]
+pub struct MeanLanes {
+    #[serde(rename = "box")]
+    pub boxes: f64,
+    pub leaf: f64,
+}
+
+impl From<Occupancy> for MeanLanes {
+    fn from(occupancy: Occupancy) -> Self {
+        Self { boxes: occupancy.boxes.mean_lanes(), leaf: occupancy.leaf.mean_lanes() }
+    }
 }
 
 impl Stats {
@@ -42,6 +59,7 @@ impl Stats {
             rays: stats.rays,
             // Nothing is traced in no time; a clock too coarse to see it must not give an infinity.
             mrays_per_s: stats.rays.total() as f64 / stats.trace_s.max(1e-9) * 1e-6,
+            occupancy: stats.occupancy.map(MeanLanes::from),
             shapes: stats.shapes,
             peak_rss_bytes: peak_rss_bytes(),
         }

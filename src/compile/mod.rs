@@ -96,6 +96,11 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
         self.bvh.bytes() + columns + tables
     }
 
+    /// True if it has triangles, whose tests want a ray's view.
+    pub fn has_triangles(&self) -> bool {
+        self.columns.len(Kind::Triangle) + self.columns.len(Kind::SmoothTriangle) > 0
+    }
+
     /// True if any run has a class of `filter`.
     pub fn has_class(&self, filter: u8) -> bool {
         self.classes & filter != 0

@@ -35,7 +35,7 @@ pub use polygon::Polygons;
 pub use polynomial::Polynomials;
 pub use sphere::Spheres;
 pub use torus::Tori;
-pub use triangle::{SmoothTriangles, Triangles};
+pub use triangle::{SmoothTriangles, Triangles, View};
 
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
@@ -114,13 +114,31 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// twice, or nothing); a half space has one. With `left`, the crossing at the start is returned as exactly 0.
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
 
+    /// The same for rays whose [`View`] is known: it is that of their directions.
+    #[inline(always)]
+    fn roots_seen(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> Self::Roots {
+        self.roots(i, rays, left)
+    }
+
     /// One ray against eight rows at a time may start at multiples of this; 0 if the kind has no such test.
     const ACROSS: u32 = 0;
 
     /// Crossings of one ray, which is in every lane, with the rows from `first` on, a row a lane, in the form of
     /// [`Block::roots`]. Lanes past the last row, or of rows that are none of the caller's business, hold anything.
     #[inline(always)]
-    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
+    fn roots_across(
+        &self,
+        first: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> Self::Roots {
         self.roots(first, rays, left)
     }
 

@@ -1,6 +1,6 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Surfaces, View, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 
@@ -77,7 +77,13 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     const ACROSS: u32 = 1;
 
     #[inline(always)]
-    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 2] {
+    fn roots_across(
+        &self,
+        first: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> [S::Lane; 2] {
         let eight = |column: &[S]| match column.get(first..first + LANES) {
             Some(rows) => S::Lane::from_fn(|k| rows[k]),
             None => S::Lane::from_fn(|k| column[(first + k).min(column.len() - 1)]),

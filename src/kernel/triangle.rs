@@ -32,13 +32,14 @@ pub struct SmoothTriangles<S> {
 ///
 /// Every triangle that shares a corner gives it the same two numbers, to the bit: that is what closes the cracks.
 /// How square to the ray the vectors are only moves all triangles together, by roundings.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct View<L> {
+#[derive(Debug, Clone, Copy, Default)]
+pub struct View<L> {
     x: Vec3<L>,
     y: Vec3<L>,
 }
 
 impl<L: Lane> View<L> {
+    /// Of rays in direction `dir`.
     #[inline(always)]
     pub fn along(dir: Vec3<L>) -> Self {
         // The cross product with z, or with x if that is nearly parallel: at least 1/2 in square, no division.
@@ -47,8 +48,9 @@ impl<L: Lane> View<L> {
         Self { x, y: dir.cross(x) }
     }
 
+    /// The two coordinates of a point, given relative to the rays' start.
     #[inline(always)]
-    pub fn look(&self, from_origin: Vec3<L>) -> (L, L) {
+    pub(super) fn look(&self, from_origin: Vec3<L>) -> (L, L) {
         (self.x.dot(from_origin), self.y.dot(from_origin))
     }
 }
@@ -72,8 +74,7 @@ struct Corners<L>([Vec3<L>; 3]);
 impl<L: Lane> Corners<L> {
     /// Whether rays pass through, and the weights of the corners, not normalised.
     #[inline(always)]
-    fn pierced(&self, rays: &Rays<L>) -> (Mask<L>, [L; 3]) {
-        let view = View::along(rays.dir);
+    fn pierced(&self, rays: &Rays<L>, view: &View<L>) -> (Mask<L>, [L; 3]) {
         let [(x0, y0), (x1, y1), (x2, y2)] = self.0.map(|corner| view.look(corner - rays.origin));
         let [above0, above1, above2] = [y0, y1, y2].map(|y| y.gt(L::zero()));
         let weights = [x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0];
@@ -87,7 +88,7 @@ impl<L: Lane> Corners<L> {
     /// sum.
     #[inline(always)]
     fn barycentric(&self, rays: &Rays<L>) -> (L, L) {
-        let (_, w) = self.pierced(rays);
+        let (_, w) = self.pierced(rays, &View::along(rays.dir));
         let (zero, one) = (L::zero(), L::lit(1.0));
         let inv = one / (w[0] + w[1] + w[2]);
         // NaN (a triangle of no area) becomes 0.
@@ -184,9 +185,10 @@ fn of_columns<L: Lane>(mut column: impl FnMut(usize) -> L) -> (Corners<L>, Vec3<
 fn crossing<L: Lane>(
     (corners, normal): (Corners<L>, Vec3<L>),
     rays: &Rays<L>,
+    view: &View<L>,
     left: Option<&Left<L>>,
 ) -> [L; 1] {
-    let (inside, _) = corners.pierced(rays);
+    let (inside, _) = corners.pierced(rays, view);
     if left.is_none() && !inside.any() {
         return [L::lit(f64::NAN)];
     }
@@ -238,14 +240,31 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
-        crossing(self.at(i), rays, left)
+        crossing(self.at(i), rays, &View::along(rays.dir), left)
+    }
+
+    #[inline(always)]
+    fn roots_seen(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> [S::Lane; 1] {
+        crossing(self.at(i), rays, view, left)
     }
 
     const ACROSS: u32 = 4;
 
     #[inline(always)]
-    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
-        crossing(self.across(first), rays, left)
+    fn roots_across(
+        &self,
+        first: usize,
+        rays: &Rays<S::Lane>,
+        view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> [S::Lane; 1] {
+        crossing(self.across(first), rays, view, left)
     }
 
     #[inline(always)]
@@ -307,11 +326,28 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
         self.flat.roots(i, rays, left)
     }
 
+    #[inline(always)]
+    fn roots_seen(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> [S::Lane; 1] {
+        self.flat.roots_seen(i, rays, view, left)
+    }
+
     const ACROSS: u32 = 4;
 
     #[inline(always)]
-    fn roots_across(&self, first: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
-        self.flat.roots_across(first, rays, left)
+    fn roots_across(
+        &self,
+        first: usize,
+        rays: &Rays<S::Lane>,
+        view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> [S::Lane; 1] {
+        self.flat.roots_across(first, rays, view, left)
     }
 
     #[inline(always)]

@@ -207,6 +207,9 @@ pub trait Lane:
         self.abs() | (sign & bit)
     }
 
+    /// Lane `k` of row `i` becomes lane `i` of row `k`.
+    fn transpose(rows: [Self; LANES]) -> [Self; LANES];
+
     #[doc(hidden)]
     fn select(mask: Self, yes: Self, no: Self) -> Self;
     #[doc(hidden)]
@@ -341,6 +344,10 @@ macro_rules! impl_lane {
                 let zero = self.simd_le(Self::zero());
                 let at_zero = Self::select(y.simd_eq(Self::zero()), Self::lit(1.0), Self::zero());
                 Self::select(zero, at_zero, self.powf_simd(y))
+            }
+            #[inline(always)]
+            fn transpose(rows: [Self; LANES]) -> [Self; LANES] {
+                <$lane>::transpose(rows)
             }
             #[inline(always)]
             fn select(mask: Self, yes: Self, no: Self) -> Self {

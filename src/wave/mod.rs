@@ -16,6 +16,7 @@ mod sums;
 mod tile;
 mod trace;
 
+pub use crate::bvh::Occupancy;
 use crate::compile::{Compiled, class};
 use crate::film::{Film, Pixel, RayCounts};
 use crate::kernel::Rays;
@@ -25,20 +26,22 @@ use glam::DVec3;
 use light::LightProgram;
 use queue::Lines;
 use rayon::prelude::*;
-pub use stream::{RayStream, StreamHits, trace_stream};
+pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 use tile::{Shared, TileArea, TileWorker};
 use trace::{GROUP, Query, Tracer};
 
 /// Edge of a tile in pixels: 1024 camera rays, whose queues stay in a core's second-level cache.
 pub const TILE: usize = 32;
 
-/// Renders with the threads of the current pool; `progress` is told the pixels and rays of each finished tile.
+/// Renders with the threads of the current pool; `progress` is told the pixels and rays of each finished tile. With
+/// `count` it also counts how many lanes work, which takes some more time.
 pub fn render<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     width: usize,
     height: usize,
+    count: bool,
     progress: &(dyn Fn(usize, &RayCounts) + Sync),
-) -> (Film, RayCounts) {
+) -> (Film, RayCounts, Occupancy) {
     let lights = scene.lights.iter().map(|light| LightProgram::new(light, scene.origin)).collect();
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let tiles: Vec<TileArea> = (0..height)
@@ -52,26 +55,30 @@ pub fn render<S: Scalar, B: Scalar>(
             })
         })
         .collect();
-    let done: Vec<(TileArea, Vec<Pixel>, RayCounts)> = tiles
+    let done: Vec<(TileArea, Vec<Pixel>, RayCounts, Occupancy)> = tiles
         .into_par_iter()
-        .map_init(TileWorker::<S, B>::default, |worker, area| {
-            let mut pixels = Vec::new();
-            let counts = worker.render(&shared, area, &mut pixels);
-            progress(pixels.len(), &counts);
-            (area, pixels, counts)
-        })
+        .map_init(
+            || TileWorker::<S, B>::new(count),
+            |worker, area| {
+                let (mut pixels, before) = (Vec::new(), worker.occupancy());
+                let counts = worker.render(&shared, area, &mut pixels);
+                progress(pixels.len(), &counts);
+                (area, pixels, counts, worker.occupancy() - before)
+            },
+        )
         .collect();
 
     let mut film = Film::new(width, height);
-    let mut counts = RayCounts::default();
-    for (area, pixels, tile_counts) in done {
+    let (mut counts, mut occupancy) = (RayCounts::default(), Occupancy::default());
+    for (area, pixels, tile_counts, tile_occupancy) in done {
         counts.add(&tile_counts);
+        occupancy += tile_occupancy;
         for (row, pixels) in pixels.chunks(area.width).enumerate() {
             let first = (area.y + row) * width + area.x;
             film.pixels[first..first + area.width].copy_from_slice(pixels);
         }
     }
-    (film, counts)
+    (film, counts, occupancy)
 }
 
 /// What a ray meets first.

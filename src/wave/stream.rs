@@ -3,7 +3,7 @@
 
 use super::queue::Lines;
 use super::trace::{GROUP, Query, Tracer};
-use crate::bvh::Traversal;
+use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
@@ -123,20 +123,37 @@ pub fn trace_stream<S: Scalar, B: Scalar>(
     chunks.for_each_init(
         || (Tracer::with(traversal), Vec::with_capacity(GROUP)),
         |(tracer, queries), (chunk, (t, surface))| {
-            let groups = t.chunks_mut(GROUP * LANES).zip(surface.chunks_mut(GROUP * LANES));
-            for (group, (t, surface)) in groups.enumerate() {
-                trace_group(
-                    scene,
-                    stream,
-                    chunk * CHUNK + group * GROUP * LANES,
-                    tracer,
-                    queries,
-                    t,
-                    surface,
-                );
-            }
+            trace_chunk(scene, stream, chunk * CHUNK, tracer, queries, (t, surface));
         },
     );
+}
+
+/// Traces a stream with one thread and counts what is tested.
+pub fn stream_occupancy<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    stream: &RayStream<S>,
+    traversal: Traversal,
+) -> Occupancy {
+    let (mut tracer, mut queries) = (Tracer::with(traversal), Vec::with_capacity(GROUP));
+    tracer.count();
+    let mut hits = StreamHits::new(stream);
+    trace_chunk(scene, stream, 0, &mut tracer, &mut queries, (&mut hits.t, &mut hits.surface));
+    tracer.occupancy()
+}
+
+/// Traces the rays from `first` on, a multiple of a group, as many as there is room for.
+fn trace_chunk<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    stream: &RayStream<S>,
+    first: usize,
+    tracer: &mut Tracer<B>,
+    queries: &mut Vec<Query<S::Lane>>,
+    (t, surface): (&mut [S], &mut [SurfaceId]),
+) {
+    let groups = t.chunks_mut(GROUP * LANES).zip(surface.chunks_mut(GROUP * LANES));
+    for (group, (t, surface)) in groups.enumerate() {
+        trace_group(scene, stream, first + group * GROUP * LANES, tracer, queries, t, surface);
+    }
 }
 
 /// Traces the rays from `first` on, as many as there is room for in `t`.

@@ -10,6 +10,7 @@ use super::shade::{Emit, shade};
 use super::shadow::ShadowTracer;
 use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
+use crate::bvh::Occupancy;
 use crate::compile::{Compiled, class};
 use crate::film::{Pixel, RayCounts};
 use crate::lane::{Lane, Scalar, Vec3};
@@ -67,6 +68,20 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
+    /// Buffers of a thread that, if asked, counts how many lanes work.
+    pub fn new(count: bool) -> Self {
+        let mut worker = Self::default();
+        if count {
+            worker.tracer.count();
+        }
+        worker
+    }
+
+    /// What was tested so far, if that is counted.
+    pub fn occupancy(&self) -> Occupancy {
+        self.tracer.occupancy()
+    }
+
     /// Renders the tile into `pixels` (row by row) and counts its rays.
     pub fn render(&mut self, shared: &Shared<S, B>, area: TileArea, pixels: &mut Vec<Pixel>) -> RayCounts {
         self.media.begin_tile();

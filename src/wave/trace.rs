@@ -1,10 +1,10 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
 use super::queue::Lines;
-use crate::bvh::{Packet, Run, Stack, Traversal, Visit, walk};
+use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, Visit, walk};
 use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock, class};
 use crate::csg::{Best, PartRoots, Scratch, Stretch};
-use crate::kernel::{Block, Left, Rays};
+use crate::kernel::{Block, Left, Rays, View};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 
 /// Packets that walk the tree together.
@@ -27,6 +27,8 @@ pub struct Query<L> {
     pub surface: [SurfaceId; LANES],
     /// Lanes that hold a ray.
     pub lanes: u8,
+    /// Some of them start on a surface.
+    starts: bool,
 }
 
 /// The start of a ray that left a surface is off by a few roundings of its largest coordinate; what lies within that
@@ -43,7 +45,17 @@ impl<L: Lane> Query<L> {
             free |= u8::from(*left == NO_SURFACE) << k;
         }
         let t_min = Mask::from_bits(free).select(L::zero(), reach);
-        Self { rays, left, part, t_min, t: t_max, surface: [NO_SURFACE; LANES], lanes }
+        Self { rays, left, part, t_min, t: t_max, surface: [NO_SURFACE; LANES], lanes, starts: free != !0 }
+    }
+
+    /// Lanes that start on `surface`.
+    #[inline(always)]
+    fn lanes_on(&self, surface: SurfaceId) -> u8 {
+        let mut on = 0;
+        for (k, left) in self.left.iter().enumerate() {
+            on |= u8::from(*left == surface) << k;
+        }
+        on
     }
 
     /// Lanes that have hit something.
@@ -65,12 +77,24 @@ pub struct Tracer<B: Scalar> {
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
     traversal: Traversal,
+    /// What its walks have tested, if that is counted.
+    occupancy: Option<Occupancy>,
 }
 
 impl<B: Scalar> Tracer<B> {
     /// Walks the tree in the way that is asked for, not the one that is best for the rays.
     pub fn with(traversal: Traversal) -> Self {
         Self { traversal, ..Self::default() }
+    }
+
+    /// From now on, counts what is tested.
+    pub fn count(&mut self) {
+        self.occupancy.get_or_insert_default();
+    }
+
+    /// What was tested since [`Tracer::count`].
+    pub fn occupancy(&self) -> Occupancy {
+        self.occupancy.unwrap_or_default()
     }
 
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
@@ -104,19 +128,43 @@ impl<B: Scalar> Tracer<B> {
         filter: u8,
         suspect: &mut Option<Run>,
     ) -> [u8; GROUP] {
-        let Self { stack, packets, scratch, stretches, traversal } = self;
+        if self.occupancy.is_none() {
+            return self.trace_counting::<S, (), ANY>(scene, queries, filter, suspect).0;
+        }
+        let (tinted, counted) = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
+        if let Some(occupancy) = &mut self.occupancy {
+            *occupancy += counted;
+        }
+        tinted
+    }
+
+    fn trace_counting<S: Scalar, C: Count, const ANY: bool>(
+        &mut self,
+        scene: &Compiled<S, B>,
+        queries: &mut [Query<S::Lane>],
+        filter: u8,
+        suspect: &mut Option<Run>,
+    ) -> ([u8; GROUP], C) {
+        let Self { stack, packets, scratch, stretches, traversal, .. } = self;
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
-        let mut leaves = Leaves::<S, B, ANY> {
+        let mut leaves = Leaves::<S, B, C, ANY> {
             scene,
             queries,
             filter,
             scratch,
             stretches,
             tinted: [0; GROUP],
+            views: [View::default(); GROUP],
             one: One::default(),
             blocker: None,
+            count: C::default(),
         };
+        if scene.has_triangles() {
+            for (view, query) in leaves.views.iter_mut().zip(leaves.queries.iter()) {
+                *view = View::along(query.rays.dir);
+            }
+        }
         if let (true, Some(run)) = (ANY, *suspect) {
             let mut met = 0;
             for k in 0..leaves.queries.len() {
@@ -140,18 +188,19 @@ impl<B: Scalar> Tracer<B> {
                 packets.push(Packet::idle());
                 continue;
             }
-            packets.push(Packet::new(&scene.bvh, query.rays.origin, query.rays.dir, query.t, lanes));
+            let Rays { origin, dir } = query.rays;
+            packets.push(Packet::new(&scene.bvh, origin, dir, query.t, lanes));
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         if leaves.blocker.is_some() {
             *suspect = leaves.blocker;
         }
-        leaves.tinted
+        (leaves.tinted, leaves.count)
     }
 }
 
 /// What happens in the tree's leaves.
-struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
+struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     scene: &'a Compiled<S, B>,
     queries: &'a mut [Query<S::Lane>],
     filter: u8,
@@ -159,9 +208,12 @@ struct Leaves<'a, S: Scalar, B: Scalar, const ANY: bool> {
     stretches: &'a mut [Option<Stretch>],
     /// By packet, the shadow rays that something see-through is in the way of.
     tinted: [u8; GROUP],
+    /// By packet, how its rays see corners, if there are any.
+    views: [View<S::Lane>; GROUP],
     one: One<S>,
     /// What has blocked a shadow ray last.
     blocker: Option<Run>,
+    count: C,
 }
 
 /// The ray that walks alone, in every lane, and what it has hit so far.
@@ -169,6 +221,7 @@ struct One<S: Scalar> {
     packet: usize,
     lane: usize,
     rays: Rays<S::Lane>,
+    view: View<S::Lane>,
     t_min: S::Lane,
     left: SurfaceId,
     part: u8,
@@ -180,13 +233,34 @@ impl<S: Scalar> Default for One<S> {
     fn default() -> Self {
         let rays = Rays { origin: Vec3::default(), dir: Vec3::default() };
         let (t, t_min) = (S::default(), S::Lane::default());
-        Self { packet: 0, lane: 0, rays, t_min, left: NO_SURFACE, part: 0, t, surface: NO_SURFACE }
+        Self {
+            packet: 0,
+            lane: 0,
+            rays,
+            view: View::default(),
+            t_min,
+            left: NO_SURFACE,
+            part: 0,
+            t,
+            surface: NO_SURFACE,
+        }
     }
 }
 
-impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
+        if run.kind != COMPOSITE && !(ANY && run.class & class::BLOCKS == 0) {
+            let base = self.scene.base[usize::from(run.kind)];
+            let (queries, views, rank) = (&mut *self.queries, &self.views, &self.scene.rank[..]);
+            let count = &mut self.count;
+            let test = TestPackets::<S, B, C, ANY> { run, base, which, packets, queries, views, rank, count };
+            let changed = self.scene.columns.with(run.kind, test);
+            if ANY && changed != 0 {
+                self.blocker = Some(*run);
+            }
+            return changed;
+        }
         let (mut changed, mut which) = (0, which);
         while which != 0 {
             let k = which.trailing_zeros() as usize;
@@ -210,10 +284,12 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
         let query = &self.queries[packet];
         let one = |x: S::Lane| S::Lane::splat(x.lanes()[lane]);
         let all = |v: Vec3<S::Lane>| Vec3::new(one(v.x), one(v.y), one(v.z));
+        let rays = Rays { origin: all(query.rays.origin), dir: all(query.rays.dir) };
         self.one = One {
             packet,
             lane,
-            rays: Rays { origin: all(query.rays.origin), dir: all(query.rays.dir) },
+            rays,
+            view: View::along(rays.dir),
             t_min: one(query.t_min),
             left: query.left[lane],
             part: query.part[lane],
@@ -229,7 +305,8 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
             None
         } else {
             let base = self.scene.base[usize::from(run.kind)];
-            let test = TestAcross { run, base, one: &mut self.one, rank: &self.scene.rank };
+            let rank = &self.scene.rank[..];
+            let test = TestAcross { run, base, one: &mut self.one, rank, count: &mut self.count };
             self.scene.columns.with(run.kind, test)
         };
         let found = found.unwrap_or_else(|| {
@@ -258,12 +335,17 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Visit<B> for Leaves<'_, S, B, ANY> {
     }
 
     #[inline(always)]
+    fn boxes(&mut self, lanes: u32) {
+        self.count.boxes(lanes);
+    }
+
+    #[inline(always)]
     fn wants(&self, class: u8) -> bool {
         class & self.filter != 0
     }
 }
 
-impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'_, S, B, C, ANY> {
     /// Writes down what the single ray has hit.
     fn end(&mut self) {
         let query = &mut self.queries[self.one.packet];
@@ -285,6 +367,9 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
     /// The same for what blocks, and for what is only noted.
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        for _ in 0..run.len {
+            self.count.leaf(lanes.count_ones());
+        }
         let query = &mut self.queries[packet];
         if run.kind == COMPOSITE {
             let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
@@ -311,19 +396,20 @@ impl<S: Scalar, B: Scalar, const ANY: bool> Leaves<'_, S, B, ANY> {
 
 /// The test of a run of one kind by one ray, eight rows at a time: whether anything nearer was found; `None` for kinds
 /// that cannot.
-struct TestAcross<'a, S: Scalar> {
+struct TestAcross<'a, S: Scalar, C: Count> {
     run: &'a Run,
     base: SurfaceId,
     one: &'a mut One<S>,
     rank: &'a [u32],
+    count: &'a mut C,
 }
 
-impl<S: Scalar> WithBlock<S> for TestAcross<'_, S> {
+impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
     type Output = Option<bool>;
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> Option<bool> {
-        let Self { run, base, one, rank } = self;
+        let Self { run, base, one, rank, count } = self;
         if K::ACROSS == 0 {
             return None;
         }
@@ -335,13 +421,14 @@ impl<S: Scalar> WithBlock<S> for TestAcross<'_, S> {
             if end - first < LANES as u32 {
                 rows &= (1 << (end - first)) - 1;
             }
+            count.leaf(rows.count_ones());
             let surface = base + first;
             let lane = one.left.wrapping_sub(surface);
             let roots = if lane < LANES as u32 {
                 let left = Left { on: Mask::from_bits(1 << lane), part: [one.part; LANES] };
-                block.roots_across(first as usize, &one.rays, Some(&left))
+                block.roots_across(first as usize, &one.rays, &one.view, Some(&left))
             } else {
-                block.roots_across(first as usize, &one.rays, None)
+                block.roots_across(first as usize, &one.rays, &one.view, None)
             };
             let mut t = S::Lane::lit(f64::INFINITY);
             for &root in roots.as_ref().iter().rev() {
@@ -364,6 +451,59 @@ impl<S: Scalar> WithBlock<S> for TestAcross<'_, S> {
             first += LANES as u32;
         }
         Some(found)
+    }
+}
+
+/// The test of a run of one kind by several packets: a bit for each that found something nearer.
+struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
+    run: &'a Run,
+    base: SurfaceId,
+    which: u8,
+    packets: &'a mut [Packet<B>],
+    queries: &'a mut [Query<S::Lane>],
+    views: &'a [View<S::Lane>; GROUP],
+    rank: &'a [u32],
+    count: &'a mut C,
+}
+
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPackets<'_, S, B, C, ANY> {
+    type Output = u8;
+
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) -> u8 {
+        let Self { run, base, mut which, packets, queries, views, rank, count } = self;
+        let first = base + run.first;
+        let mut found = 0;
+        while which != 0 {
+            let k = which.trailing_zeros() as usize & (GROUP - 1);
+            which &= which - 1;
+            let (query, state) = (&mut queries[k], &mut packets[k]);
+            let lanes = state.live();
+            let here = |left: &SurfaceId| left.wrapping_sub(first) < run.len;
+            let starts_here = query.starts && query.left.iter().fold(false, |any, left| any | here(left));
+            let mut changed = 0;
+            for row in run.first..run.first + run.len {
+                let surface = base + row;
+                let roots = if starts_here {
+                    let on = query.lanes_on(surface);
+                    let left = Left { on: Mask::from_bits(on), part: query.part };
+                    block.roots_seen(row as usize, &query.rays, &views[k], Some(&left))
+                } else {
+                    block.roots_seen(row as usize, &query.rays, &views[k], None)
+                };
+                count.leaf(lanes.count_ones());
+                changed |= accept(query, roots.as_ref(), surface, lanes, rank);
+                if ANY && changed == lanes {
+                    break;
+                }
+            }
+            if changed != 0 {
+                let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(query.t) };
+                state.far = Mask::from_bits(changed).select(far, state.far);
+                found |= 1 << k;
+            }
+        }
+        found
     }
 }
 
@@ -390,15 +530,8 @@ impl<S: Scalar> WithBlock<S> for TestRun<'_, S::Lane> {
         for row in run.first..run.first + run.len {
             let surface = base + row;
             let roots = if starts_here {
-                let mut on = 0u8;
-                for (k, left) in query.left.iter().enumerate() {
-                    on |= u8::from(*left == surface) << k;
-                }
-                block.roots(
-                    row as usize,
-                    &query.rays,
-                    Some(&Left { on: Mask::from_bits(on), part: query.part }),
-                )
+                let left = Left { on: Mask::from_bits(query.lanes_on(surface)), part: query.part };
+                block.roots(row as usize, &query.rays, Some(&left))
             } else {
                 block.roots(row as usize, &query.rays, None)
             };
@@ -414,13 +547,16 @@ impl<S: Scalar> WithBlock<S> for TestRun<'_, S::Lane> {
 /// Takes the first of `roots` (rising) that lies beyond `t_min`, where it is nearer than what is known.
 #[inline(always)]
 fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes: u8, rank: &[u32]) -> u8 {
-    let mut t = L::lit(f64::INFINITY);
+    let mut t = L::lit(f64::NAN); // As a miss is: nothing is nearer than a miss, whatever the limit.
     for &root in roots.iter().rev() {
         t = root.gt(query.t_min).select(root, t);
     }
-    // `t` of a miss is infinite and so may be the limit: strictly less, or equal to a hit.
-    let mut nearer = t.lt(query.t).bits() & lanes;
-    let mut ties = t.equal(query.t).bits() & lanes;
+    let near = t.le(query.t).bits() & lanes;
+    if near == 0 {
+        return 0;
+    }
+    let mut ties = t.equal(query.t).bits() & near;
+    let mut nearer = near & !ties;
     while ties != 0 {
         let lane = ties.trailing_zeros() as usize;
         ties &= ties - 1;
@@ -430,10 +566,8 @@ fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes:
             nearer |= 1 << lane;
         }
     }
-    if nearer != 0 {
-        query.t = Mask::from_bits(nearer).select(t, query.t);
-        query.surface = crate::lane::choose(nearer, &[surface; LANES], &query.surface);
-    }
+    query.t = Mask::from_bits(nearer).select(t, query.t);
+    query.surface = crate::lane::choose(nearer, &[surface; LANES], &query.surface);
     nearer
 }
 

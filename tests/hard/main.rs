@@ -35,7 +35,14 @@ pub fn scene(text: &str) -> Scene {
 
 /// Renders it.
 pub fn picture(scene: &Scene, engine: Engine, precision: Precision, threads: usize) -> Film {
-    let options = RenderOptions { width: WIDTH, height: HEIGHT, threads, engine, precision };
+    let options = RenderOptions {
+        width: WIDTH,
+        height: HEIGHT,
+        threads,
+        engine,
+        precision,
+        ..RenderOptions::default()
+    };
     render(scene, &options, &|_| {}).unwrap().0
 }
 

@@ -95,6 +95,7 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
         threads: args.threads,
         precision,
         engine,
+        ..RenderOptions::default()
     };
 
     let mut times = [const { Vec::new() }; 3];
