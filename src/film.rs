@@ -48,6 +48,26 @@ pub struct RayCounts {
     pub reflect: u64,
     /// Through surfaces, bent or straight.
     pub refract: u64,
+    /// The packets they went in.
+    #[serde(skip)]
+    pub packets: PacketCounts,
+}
+
+/// Packets of rays by what the rays were for, and packets of hits that were shaded. Zero where rays go one by one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PacketCounts {
+    /// See [`RayCounts`].
+    pub camera: u64,
+    /// See [`RayCounts`].
+    pub shadow: u64,
+    /// See [`RayCounts`].
+    pub reflect: u64,
+    /// See [`RayCounts`].
+    pub refract: u64,
+    /// Packets of hits.
+    pub shaded: u64,
+    /// Hits in them; one that shows several textures counts once for each.
+    pub hits: u64,
 }
 
 impl RayCounts {
@@ -62,5 +82,12 @@ impl RayCounts {
         self.shadow += other.shadow;
         self.reflect += other.reflect;
         self.refract += other.refract;
+        let (own, other) = (&mut self.packets, &other.packets);
+        own.camera += other.camera;
+        own.shadow += other.shadow;
+        own.reflect += other.reflect;
+        own.refract += other.refract;
+        own.shaded += other.shaded;
+        own.hits += other.hits;
     }
 }

@@ -266,10 +266,13 @@ mod pictures {
         };
         assert_eq!(
             keys(&stats),
-            "build_s height mrays_per_s parse_s peak_rss_bytes precision rays shapes threads total_s trace_s width"
+            "build_s height mrays_per_s parse_s peak_rss_bytes precision queues rays shapes threads total_s trace_s width"
         );
         assert_eq!(keys(&stats["rays"]), "camera reflect refract shadow");
         assert_eq!(stats["rays"]["camera"], 160 * 120);
+        // 160 by 120 pixels are whole packets; a ball alone has no mirror rays.
+        assert_eq!(keys(&stats["queues"]), "camera hits reflect refract shadow");
+        assert_eq!((&stats["queues"]["camera"], &stats["queues"]["reflect"]), (&8.0.into(), &().into()));
         assert_eq!((&stats["threads"], &stats["precision"]), (&1.into(), &"fast".into()));
         assert_eq!(stats["shapes"], serde_json::json!({ "sphere": 1 }));
         assert!(stats["total_s"].as_f64().unwrap() >= stats["trace_s"].as_f64().unwrap());

@@ -20,6 +20,10 @@ pub struct Stats {
     pub threads: usize,
     pub precision: Precision,
     pub rays: RayCounts,
+    /// Of eight lanes, how many hold a ray or hit when a packet leaves its queue; absent for the reference engine, which has
+    /// none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub queues: Option<QueueLanes>,
     /// All rays, over `trace_s`.
     pub mrays_per_s: f64,
     /// With `--occupancy`: mean lanes at work, of eight, in tests of boxes and of primitives.
@@ -45,6 +49,31 @@ impl From<Occupancy> for MeanLanes {
     }
 }
 
+/// Mean lanes of the packets of each queue; null where there were none.
+#[derive(Debug, Serialize)]
+pub struct QueueLanes {
+    pub camera: Option<f64>,
+    pub shadow: Option<f64>,
+    pub reflect: Option<f64>,
+    pub refract: Option<f64>,
+    /// Of hits that are shaded together.
+    pub hits: Option<f64>,
+}
+
+impl QueueLanes {
+    fn of(rays: &RayCounts) -> Option<Self> {
+        let packets = rays.packets;
+        let mean = |lanes: u64, packets: u64| (packets > 0).then(|| lanes as f64 / packets as f64);
+        (packets.camera > 0).then(|| Self {
+            camera: mean(rays.camera, packets.camera),
+            shadow: mean(rays.shadow, packets.shadow),
+            reflect: mean(rays.reflect, packets.reflect),
+            refract: mean(rays.refract, packets.refract),
+            hits: mean(packets.hits, packets.shaded),
+        })
+    }
+}
+
 impl Stats {
     pub fn new(options: &RenderOptions, stats: RenderStats, parse_s: f64, total_s: f64) -> Self {
         Self {
@@ -57,6 +86,7 @@ impl Stats {
             threads: stats.threads,
             precision: options.precision,
             rays: stats.rays,
+            queues: QueueLanes::of(&stats.rays),
             // Nothing is traced in no time; a clock too coarse to see it must not give an infinity.
             mrays_per_s: stats.rays.total() as f64 / stats.trace_s.max(1e-9) * 1e-6,
             occupancy: stats.occupancy.map(MeanLanes::from),

@@ -163,6 +163,7 @@ pub struct Queue<P> {
     /// One for each octant, filled ray by ray.
     open: Vec<P>,
     rays: u64,
+    taken: u64,
 }
 
 impl<P: Packet> Default for Queue<P> {
@@ -173,6 +174,7 @@ impl<P: Packet> Default for Queue<P> {
             octants: Vec::new(),
             open: vec![P::default(); OCTANTS],
             rays: 0,
+            taken: 0,
         }
     }
 }
@@ -261,6 +263,11 @@ impl<P: Packet> Queue<P> {
         std::mem::take(&mut self.rays)
     }
 
+    /// Packets taken out since the last call.
+    pub fn take_packet_count(&mut self) -> u64 {
+        std::mem::take(&mut self.taken)
+    }
+
     /// Makes open packets ready, full or not.
     pub fn flush(&mut self) {
         for octant in 0..OCTANTS {
@@ -279,8 +286,9 @@ impl<P: Packet> Queue<P> {
         &self.packets[..self.ready]
     }
 
-    /// Drops the ready packets.
+    /// Drops the ready packets, which have been worked off.
     pub fn clear(&mut self) {
+        self.taken += self.ready as u64;
         self.ready = 0;
         self.octants.clear();
     }
@@ -289,6 +297,7 @@ impl<P: Packet> Queue<P> {
     /// them: those of one octant together.
     pub fn take_last(&mut self, count: usize, to: &mut Vec<P>, order: &mut Vec<u32>) {
         let first = self.ready.saturating_sub(count);
+        self.taken += (self.ready - first) as u64;
         let octants = &self.octants[first..];
         let mut places = [0; OCTANTS + 1];
         for &octant in octants {
@@ -362,7 +371,7 @@ mod tests {
         assert_eq!(queue.take_count(), 16);
         let (mut taken, mut order) = (Vec::new(), Vec::new());
         queue.take_last(8, &mut taken, &mut order);
-        assert_eq!((queue.len(), order.len()), (0, 2));
+        assert_eq!((queue.len(), order.len(), queue.take_packet_count()), (0, 2, 2));
         for packet in order.iter().map(|&k| &taken[k as usize]) {
             let negative = packet.lines.rays.dir.x.lt(f64x8::zero()).bits();
             assert!(negative == 0 || negative == 0xff);

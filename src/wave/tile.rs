@@ -12,7 +12,7 @@ use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
 use crate::bvh::Occupancy;
 use crate::compile::{Compiled, class};
-use crate::film::{Pixel, RayCounts};
+use crate::film::{PacketCounts, Pixel, RayCounts};
 use crate::lane::{Lane, Scalar, Vec3};
 
 /// Packets that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
@@ -65,6 +65,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     sums: Sums,
     media: Media,
     order: Vec<u32>,
+    /// Packets of hits that were shaded, and hits in them.
+    shaded: (u64, u64),
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
@@ -133,7 +135,16 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         let reflect = self.reflected.take_count();
         let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
-        RayCounts { camera, shadow, reflect, refract }
+        let (shaded, hits) = std::mem::take(&mut self.shaded);
+        let packets = PacketCounts {
+            camera: self.camera.take_packet_count(),
+            shadow: self.shadow_queues.iter_mut().map(Queue::take_packet_count).sum(),
+            reflect: self.reflected.take_packet_count(),
+            refract: self.refracted.iter_mut().map(Queue::take_packet_count).sum(),
+            shaded,
+            hits,
+        };
+        RayCounts { camera, shadow, reflect, refract, packets }
     }
 
     /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
@@ -146,7 +157,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             Sender::Camera => class::CAMERA,
             Sender::Mirror => class::REFLECTED,
         };
-        let (reflected, refracted) = (&mut self.reflected, &mut self.refracted);
+        let (reflected, refracted, shaded) = (&mut self.reflected, &mut self.refracted, &mut self.shaded);
         for group in batch_order.chunks(GROUP) {
             let group = group.iter().map(|&number| &batch[number as usize]);
             queries.clear();
@@ -164,6 +175,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                     }
                 }
                 hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
+                    shaded.0 += 1;
+                    shaded.1 += u64::from(hit.active.count_ones());
                     let refracted = &mut refracted[sender as usize];
                     let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
                     shade(scene, &shared.lights, hit, program, &mut emit);
@@ -179,8 +192,10 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Shades the hits that wait; false if there are none.
     fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
-        let Self { hits, sums, media, shadow_queues, reflected, refracted, .. } = self;
+        let Self { hits, sums, media, shadow_queues, reflected, refracted, shaded, .. } = self;
         hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
+            shaded.0 += 1;
+            shaded.1 += u64::from(hit.active.count_ones());
             let refracted = &mut refracted[sender as usize];
             let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
             shade(shared.scene, &shared.lights, hit, program, &mut emit);
