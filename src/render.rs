@@ -290,6 +290,7 @@ fn kind_and_count(shape: &Shape) -> (&'static str, u64) {
         Shape::Triangle { normals: None, .. } => ("triangle", 1),
         Shape::Triangle { .. } => ("smooth_triangle", 1),
         Shape::Polygon { .. } => ("polygon", 1),
+        Shape::Other(_) => ("not rendered", 1),
         Shape::Mesh(mesh) => ("mesh_triangle", mesh.triangles.len() as u64),
         Shape::Csg { op: CsgOp::Union, .. } => ("union", 1),
         Shape::Csg { op: CsgOp::Merge, .. } => ("merge", 1),

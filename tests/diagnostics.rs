@@ -3,7 +3,9 @@
 
 use octray::eval::{Limits, Options, from_text, load};
 use octray::lang::Severity;
+use octray::scene::{Object, Shape};
 use std::path::Path;
+use std::sync::Arc;
 
 /// `(line, "error: message")`, in order of lines.
 fn expected(text: &str) -> Vec<(usize, String)> {
@@ -85,7 +87,10 @@ fn what_is_not_modelled_can_be_left_out() {
     let lenient = from_text("test.scn", text, &Options { allow_missing: true, ..Options::default() });
     assert!(!lenient.has_errors());
     assert_eq!(lenient.count(Severity::Warning), 2);
-    assert_eq!(lenient.scene.objects.len(), 1);
+    // The blob is in the scene, as something that no engine renders.
+    let rendered = |object: &&Arc<Object>| !matches!(object.shape, Shape::Other(_));
+    assert_eq!(lenient.scene.objects.len(), 2);
+    assert_eq!(lenient.scene.objects.iter().filter(rendered).count(), 1);
 }
 
 /// Scripts that would not end or would eat the machine are stopped, in reasonable time and space.

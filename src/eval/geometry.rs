@@ -199,6 +199,7 @@ fn leaf(shape: &Shape, place: &Transform) -> Extent {
             let (min, max) = around(mesh.vertices.iter().copied(), &Transform::IDENTITY);
             carried(min, max, place)
         }
+        Shape::Other(other) => carried(other.extent.0, other.extent.1, place),
         Shape::Polynomial(_) | Shape::Csg { .. } => EVERYWHERE,
     }
 }

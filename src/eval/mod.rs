@@ -17,6 +17,7 @@ mod color;
 mod compiled;
 mod complaint;
 mod cursor;
+mod curved_shape;
 mod data_file;
 mod directive;
 mod expr;

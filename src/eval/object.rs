@@ -52,19 +52,17 @@ impl Machine<'_> {
                 _ => match self.shape(word, at)? {
                     Some(value) => value,
                     None => {
-                        // Not modelled: read to the end, and left out.
-                        let lacks = self.lack(what, at);
-                        let stand_in = match word {
-                            Keyword::LightGroup | Keyword::Composite => {
-                                let group = self.light_group()?;
-                                let mut value = ObjectValue { lacks, ..group };
-                                while self.modifier(&mut value)? {}
-                                self.close(what, open)?;
-                                return Ok(value);
-                            }
-                            _ => Some(Arc::new(stand_in(self.other_shape(word)?))),
-                        };
-                        ObjectValue { stand_in, lacks, ..ObjectValue::default() }
+                        // Not modelled: it has no points, and a box answers for it where a script asks.
+                        let mut lacks = self.lack(what, at);
+                        if matches!(word, Keyword::LightGroup | Keyword::Composite) {
+                            let group = self.light_group()?;
+                            lacks.add(&group.lacks);
+                            ObjectValue { lacks, ..group }
+                        } else {
+                            let shape = self.other_shape(word, &mut lacks)?;
+                            let stand_in = Some(Arc::new(stand_in(shape.extent)));
+                            ObjectValue { stand_in, lacks, ..Shape::Other(Arc::new(shape)).into() }
+                        }
                     }
                 },
             },
@@ -273,7 +271,7 @@ impl Machine<'_> {
             K::Open => {
                 match &mut object.shape {
                     Shape::Cone { open, .. } => *open = true,
-                    _ if value.stand_in.is_some() => {}
+                    Shape::Other(other) => Arc::make_mut(other).open = true,
                     _ => return Ok(false),
                 }
                 self.next()?;
@@ -315,7 +313,8 @@ impl Machine<'_> {
         }
     }
 
-    fn check_depth(&self, facts: &Facts) -> Res<()> {
+    /// Refuses objects within each other without end: everybody who walks them recurses.
+    pub fn check_depth(&self, facts: &Facts) -> Res<()> {
         if facts.depth > DEPTH {
             return Err(self.halt(format!("objects within each other more than {DEPTH} levels deep")));
         }

@@ -1,96 +1,128 @@
-//! Shapes that are read but not rendered: their words, and the box they lie in (manual sections 3.4.5.1 to 3.4.5.4).
-//!
-//! The box stands in for the shape where a script asks for its extent.
+//! Shapes that are read but not rendered: blobs, heights, fields of functions (manual sections 3.4.5.1 to 3.4.5.4).
+//! Those made of curves are in `curved_shape.rs`.
 
+use super::function::Called;
 use super::geometry::Extent;
+use super::item::{ANY, NOT_NEGATIVE};
 use super::machine::{Machine, Res};
-use super::value::ObjectValue;
+use super::value::{Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::{
+    BlobPart, ImageSource, Isosurface, JuliaFractal, Object, OtherKind, OtherShape, Parametric, Shape,
+};
 use glam::DVec3;
-
-/// Text has no metrics here: POV-Ray's letters are about this wide and high on average.
-const LETTER_WIDTH: f64 = 0.5;
-/// See [`LETTER_WIDTH`].
-const LETTER_HEIGHT: f64 = 0.7;
+use std::sync::Arc;
 
 /// A box that grows with every point.
 #[derive(Default)]
-struct Growing(Option<Extent>);
+pub(super) struct Growing(Option<Extent>);
 
 impl Growing {
-    fn add(&mut self, point: DVec3, radius: f64) {
+    pub fn add(&mut self, point: DVec3, radius: f64) {
         let (low, high) = (point - radius.abs(), point + radius.abs());
         self.0 = Some(self.0.map_or((low, high), |(min, max)| (min.min(low), max.max(high))));
     }
 
-    fn extent(&self) -> Extent {
+    pub fn extent(&self) -> Extent {
         self.0.unwrap_or_default()
     }
 }
 
+/// What stands between the `{` of a shape and its modifiers.
+pub(super) type ShapeRead = (OtherKind, Extent);
+
 impl Machine<'_> {
-    /// What stands between the `{` of such a shape and its modifiers.
-    pub fn other_shape(&mut self, word: Keyword) -> Res<Extent> {
+    /// A shape that is not rendered, its word and `{` taken. What in it is not modelled either goes to `lacks`.
+    pub fn other_shape(&mut self, word: Keyword, lacks: &mut Lacks) -> Res<OtherShape> {
+        let (kind, extent) = self.shape_read(word, lacks)?;
+        Ok(OtherShape { kind, extent, open: false })
+    }
+
+    fn shape_read(&mut self, word: Keyword, lacks: &mut Lacks) -> Res<ShapeRead> {
         use Keyword as K;
         Ok(match word {
             K::Superellipsoid => {
-                self.expr()?;
-                (DVec3::NEG_ONE, DVec3::ONE)
+                let exponents = self.pair("two exponents")?;
+                (OtherKind::Superellipsoid(exponents), (DVec3::NEG_ONE, DVec3::ONE))
             }
             K::Ovus => {
                 let bottom = self.finite()?;
                 self.comma()?;
                 let top = self.finite()?;
                 let wide = bottom.max(top);
-                (DVec3::new(-wide, -bottom, -wide), DVec3::new(wide, bottom + top, wide))
+                let extent = (DVec3::new(-wide, -bottom, -wide), DVec3::new(wide, bottom + top, wide));
+                (OtherKind::Ovus { bottom, top }, extent)
             }
-            K::Blob => self.blob()?,
-            K::HeightField => self.height_field()?,
-            K::Isosurface => self.isosurface()?,
-            K::Parametric => self.parametric()?,
+            K::Blob => self.blob(lacks)?,
+            K::HeightField => self.height_field(lacks)?,
+            K::Isosurface => self.isosurface(lacks)?,
+            K::Parametric => self.parametric(lacks)?,
             K::JuliaFractal => self.julia_fractal()?,
-            K::Lathe | K::Sor => self.revolved()?,
-            K::Prism => self.prism()?,
-            K::SphereSweep => self.sphere_sweep()?,
-            K::BicubicPatch => self.bicubic_patch()?,
-            K::Text => self.text_shape()?,
-            _ => return self.expected("a shape"),
+            _ => return self.curved_shape(word),
         })
     }
 
-    /// The objects and lights of a `light_group`; its `global_lights` is among its modifiers.
+    /// The objects and lights of a `light_group`; its modifiers come behind.
     pub fn light_group(&mut self) -> Res<ObjectValue> {
         let mut group = ObjectValue::default();
-        while let Some(child) = self.object()? {
-            group.lacks.add(&child.lacks);
+        let (mut objects, mut lights, mut around) = (Vec::new(), Vec::new(), Growing::default());
+        let mut global_lights = false;
+        loop {
+            if let Some(child) = self.object()? {
+                group.lacks.add(&child.lacks);
+                group.facts.add(&child.facts);
+                if let Some((min, max)) = self.extent(&child)? {
+                    around.add(min, 0.0);
+                    around.add(max, 0.0);
+                }
+                lights.extend(child.lights);
+                objects.extend(child.object);
+                self.check_depth(&group.facts)?;
+            } else if !self.switch_item(&mut [(Keyword::GlobalLights, &mut global_lights)])? {
+                break;
+            }
         }
+        let kind = OtherKind::LightGroup { objects, lights, global_lights };
+        let shape = OtherShape { kind, extent: around.extent(), open: false };
+        group.object = Some(Arc::new(Object::new(Shape::Other(Arc::new(shape)))));
         Ok(group)
     }
 
-    fn blob(&mut self) -> Res<Extent> {
+    fn blob(&mut self, lacks: &mut Lacks) -> Res<ShapeRead> {
         use Keyword as K;
         let mut around = Growing::default();
-        while let Token::Word(word @ (K::Threshold | K::Sphere | K::Cylinder | K::Component)) = self.peek()? {
-            self.next()?;
-            match word {
-                K::Threshold => {
-                    self.finite()?;
+        let mut threshold = 1.0;
+        let mut parts = Vec::new();
+        loop {
+            self.comma()?;
+            match self.peek()? {
+                Token::Word(word @ (K::Sphere | K::Cylinder)) => {
+                    self.next()?;
+                    parts.push(self.blob_part(word, &mut around, lacks)?);
                 }
-                K::Component => {
-                    self.finite()?;
+                Token::Word(K::Component) => {
+                    self.next()?;
+                    let strength = self.finite()?;
                     self.comma()?;
                     let radius = self.finite()?;
                     self.comma()?;
-                    around.add(self.vector()?, radius);
+                    let center = self.vector()?;
+                    around.add(center, radius);
+                    let transform = Default::default();
+                    parts.push(BlobPart { ends: vec![center], radius, strength, transform, texture: None });
                 }
-                _ => self.blob_part(word, &mut around)?,
+                _ => {
+                    if !self.bounded_item(&mut [(K::Threshold, &mut threshold, ANY)])? {
+                        break;
+                    }
+                }
             }
-            self.comma()?;
+            self.charge(std::mem::size_of::<BlobPart>())?;
         }
-        Ok(around.extent())
+        Ok((OtherKind::Blob { threshold, parts }, around.extent()))
     }
 
-    fn blob_part(&mut self, word: Keyword, around: &mut Growing) -> Res<()> {
+    fn blob_part(&mut self, word: Keyword, around: &mut Growing, lacks: &mut Lacks) -> Res<BlobPart> {
         let open = self.open(word.text())?;
         let mut ends = vec![self.vector()?];
         self.comma()?;
@@ -101,332 +133,226 @@ impl Machine<'_> {
         let radius = self.finite()?;
         self.comma()?;
         self.accept_word(Keyword::Strength)?;
-        self.finite()?;
+        let strength = self.finite()?;
         let mut part = Growing::default();
         ends.iter().for_each(|end| part.add(*end, radius));
+        // Its modifiers are those of an object.
         let mut value = ObjectValue::from(super::geometry::stand_in(part.extent()));
         while self.modifier(&mut value)? {}
         self.close(word.text(), open)?;
+        lacks.add(&value.lacks);
         if let Some((min, max)) = self.extent(&value)? {
             around.add(min, 0.0);
             around.add(max, 0.0);
         }
-        Ok(())
+        let look = value.object.map(|object| (object.transform.clone(), object.texture.clone()));
+        let (transform, texture) = look.unwrap_or_default();
+        Ok(BlobPart { ends, radius, strength, transform, texture })
     }
 
-    fn height_field(&mut self) -> Res<Extent> {
-        if self.peek()? == Token::Word(Keyword::Function) {
-            self.next()?;
-            self.finite()?;
-            self.comma()?;
-            self.finite()?;
-            self.comma()?;
-            match self.peek()? {
-                Token::Name(_) => self.inline_function()?,
-                _ => {
-                    self.function()?;
-                }
-            }
-        } else {
-            self.bitmap()?;
-        }
-        let mut water = 0.0;
-        loop {
-            match self.peek()? {
-                Token::Word(Keyword::WaterLevel) => {
-                    self.next()?;
-                    water = self.finite()?;
-                }
-                Token::Word(Keyword::Smooth) => {
-                    self.next()?;
-                    self.switch_value()?;
-                }
-                _ => return Ok((DVec3::new(0.0, water, 0.0), DVec3::ONE)),
-            }
-        }
+    fn height_field(&mut self, lacks: &mut Lacks) -> Res<ShapeRead> {
+        let image: ImageSource = self.image_source(lacks)?;
+        let (mut water_level, mut smooth) = (0.0, false);
+        while self.float_item(&mut [(Keyword::WaterLevel, &mut water_level)])?
+            || self.switch_item(&mut [(Keyword::Smooth, &mut smooth)])?
+        {}
+        let extent = (DVec3::new(0.0, water_level, 0.0), DVec3::ONE);
+        Ok((OtherKind::HeightField { image: Box::new(image), water_level, smooth }, extent))
     }
 
     /// `function { ... }`, or `{ ... }` behind a `function` that has been left out, or the name of one.
-    fn inline_function(&mut self) -> Res<()> {
-        if self.accept_word(Keyword::Function)? {
-            self.function()?;
-            return Ok(());
-        }
-        match self.rvalue()? {
-            super::value::Value::Function(_) => Ok(()),
-            _ => self.expected("`function`"),
-        }
+    fn inline_function(&mut self, lacks: &mut Lacks) -> Res<crate::scene::function::Callee> {
+        let value = if self.accept_word(Keyword::Function)? { self.function()? } else { self.rvalue()? };
+        let Value::Function(called) = value else { return self.expected("`function`") };
+        lacks.add(&called.lacks);
+        Ok(Called::clone(&called).value)
     }
 
-    fn isosurface(&mut self) -> Res<Extent> {
+    fn isosurface(&mut self, lacks: &mut Lacks) -> Res<ShapeRead> {
         use Keyword as K;
-        self.inline_function()?;
+        let function = self.inline_function(lacks)?;
         self.comma()?;
-        let mut extent = (DVec3::NEG_ONE, DVec3::ONE);
+        let (mut container, mut extent) = unit_box();
+        let (mut threshold, mut accuracy, mut max_gradient) = (0.0, 0.001, 1.1);
+        let mut evaluate = None;
+        let mut max_trace = Some(1.0);
         while let Token::Word(word) = self.peek()? {
             match word {
-                K::ContainedBy => extent = self.container()?,
-                K::Threshold | K::Accuracy | K::MaxGradient | K::MaxTrace => {
+                K::ContainedBy => (container, extent) = self.container()?,
+                K::MaxTrace => {
                     self.next()?;
-                    self.finite()?;
-                }
-                K::Evaluate => {
-                    self.next()?;
-                    for _ in 0..3 {
-                        self.finite()?;
-                        self.comma()?;
-                    }
+                    max_trace = Some(self.finite()?);
                 }
                 K::AllIntersections => {
                     self.next()?;
+                    max_trace = None;
                 }
-                K::Open => {
+                K::Evaluate => {
                     self.next()?;
-                    self.switch_value()?;
-                }
-                _ => break,
-            }
-        }
-        Ok(extent)
-    }
-
-    /// `contained_by { box { ... } }` or `{ sphere { ... } }`.
-    fn container(&mut self) -> Res<Extent> {
-        self.next()?;
-        let open = self.open("contained_by")?;
-        let object = self.object()?;
-        self.close("contained_by", open)?;
-        let extent = object.map(|value| self.extent(&value)).transpose()?;
-        match extent.flatten() {
-            Some(extent) => Ok(extent),
-            None => Err(self.error_here("expected a box or a sphere in `contained_by`")),
-        }
-    }
-
-    fn parametric(&mut self) -> Res<Extent> {
-        use Keyword as K;
-        for _ in 0..3 {
-            self.inline_function()?;
-            self.comma()?;
-        }
-        self.expr()?;
-        self.comma()?;
-        self.expr()?;
-        self.comma()?;
-        let mut extent = (DVec3::NEG_ONE, DVec3::ONE);
-        while let Token::Word(word) = self.peek()? {
-            match word {
-                K::ContainedBy => extent = self.container()?,
-                K::MaxGradient | K::Accuracy => {
-                    self.next()?;
-                    self.finite()?;
-                }
-                K::Precompute => {
-                    self.next()?;
-                    self.finite()?;
-                    self.comma()?;
-                    while let Token::Word(K::X | K::Y | K::Z) = self.peek()? {
-                        self.next()?;
+                    let mut numbers = [0.0; 3];
+                    for number in &mut numbers {
+                        *number = self.finite()?;
                         self.comma()?;
                     }
+                    evaluate = Some(numbers);
                 }
-                _ => break,
+                _ => {
+                    if !self.bounded_item(&mut [
+                        (K::Threshold, &mut threshold, ANY),
+                        (K::Accuracy, &mut accuracy, ANY),
+                        (K::MaxGradient, &mut max_gradient, ANY),
+                    ])? {
+                        break;
+                    }
+                }
             }
         }
-        Ok(extent)
+        let shape =
+            Isosurface { function, container, threshold, accuracy, max_gradient, evaluate, max_trace };
+        Ok((OtherKind::Isosurface(Box::new(shape)), extent))
     }
 
-    fn julia_fractal(&mut self) -> Res<Extent> {
+    /// `contained_by { box { ... } }` or `{ sphere { ... } }`, and how far that reaches. Only its shape and place matter.
+    fn container(&mut self) -> Res<(Arc<Object>, Extent)> {
+        self.next()?;
+        let open = self.open("contained_by")?;
+        let value = self.object()?.unwrap_or_default();
+        self.close("contained_by", open)?;
+        let extent = self.extent(&value)?.unwrap_or_default();
+        match value.object {
+            Some(object) if matches!(object.shape, Shape::Box { .. } | Shape::Sphere { .. }) => {
+                let (shape, transform) = (object.shape.clone(), object.transform.clone());
+                Ok((Arc::new(Object { transform, ..Object::new(shape) }), extent))
+            }
+            _ => Err(self.error_here("expected a box or a sphere in `contained_by`")),
+        }
+    }
+
+    fn parametric(&mut self, lacks: &mut Lacks) -> Res<ShapeRead> {
         use Keyword as K;
-        self.expr()?;
+        let mut functions = [const { crate::scene::function::Callee::Missing }; 3];
+        for function in &mut functions {
+            *function = self.inline_function(lacks)?;
+            self.comma()?;
+        }
+        let low = self.pair("the lowest u and v")?;
+        self.comma()?;
+        let high = self.pair("the highest u and v")?;
+        self.comma()?;
+        let (mut container, mut extent) = unit_box();
+        let (mut accuracy, mut max_gradient) = (0.001, 1.0);
+        let mut precompute = None;
         while let Token::Word(word) = self.peek()? {
             match word {
-                K::Quaternion
-                | K::Hypercomplex
-                | K::Sqr
-                | K::Cube
-                | K::Exp
-                | K::Reciprocal
-                | K::Sin
-                | K::Asin
-                | K::Sinh
-                | K::Asinh
-                | K::Cos
-                | K::Acos
-                | K::Cosh
-                | K::Acosh
-                | K::Tan
-                | K::Atan
-                | K::Tanh
-                | K::Atanh
-                | K::Ln => {
+                K::ContainedBy => (container, extent) = self.container()?,
+                K::Precompute => {
                     self.next()?;
+                    let depth = self.finite()?;
+                    self.comma()?;
+                    let mut axes = [false; 3];
+                    while let Token::Word(axis @ (K::X | K::Y | K::Z)) = self.peek()? {
+                        self.next()?;
+                        self.comma()?;
+                        axes[if axis == K::X { 0 } else { 1 + usize::from(axis == K::Z) }] = true;
+                    }
+                    precompute = Some((depth, axes));
+                }
+                _ => {
+                    if !self.bounded_item(&mut [
+                        (K::MaxGradient, &mut max_gradient, ANY),
+                        (K::Accuracy, &mut accuracy, ANY),
+                    ])? {
+                        break;
+                    }
+                }
+            }
+        }
+        let bounds = [low, high];
+        let shape = Parametric { functions, bounds, container, accuracy, max_gradient, precompute };
+        Ok((OtherKind::Parametric(Box::new(shape)), extent))
+    }
+
+    fn julia_fractal(&mut self) -> Res<ShapeRead> {
+        use Keyword as K;
+        let [a, b, c, d, _] = self.expr()?.promoted(4);
+        let mut shape = JuliaFractal {
+            parameter: [a, b, c, d],
+            hypercomplex: false,
+            function: "sqr",
+            exponent: [2.0, 0.0],
+            max_iteration: 20,
+            precision: 20.0,
+            slice: ([0.0, 0.0, 0.0, 1.0], 0.0),
+        };
+        while let Token::Word(word) = self.peek()? {
+            match word {
+                K::Quaternion | K::Hypercomplex => {
+                    self.next()?;
+                    shape.hypercomplex = word == K::Hypercomplex;
+                }
+                _ if JULIA_FUNCTIONS.contains(&word) => {
+                    self.next()?;
+                    shape.function = word.text();
                 }
                 K::Pwr | K::Pow => {
                     self.next()?;
+                    shape.function = "pwr";
                     self.expect(Mark::OpenParen)?;
-                    self.finite()?;
-                    self.comma()?;
-                    self.finite()?;
+                    for part in &mut shape.exponent {
+                        *part = self.finite()?;
+                        self.comma()?;
+                    }
                     self.expect(Mark::CloseParen)?;
                 }
-                K::MaxIteration | K::Precision => {
+                K::MaxIteration => {
                     self.next()?;
-                    self.finite()?;
+                    shape.max_iteration = self.integer("`max_iteration`", 0, u32::MAX)?;
                 }
                 K::Slice => {
                     self.next()?;
-                    self.expr()?;
+                    let [a, b, c, d, _] = self.expr()?.promoted(4);
                     self.comma()?;
-                    self.finite()?;
+                    shape.slice = ([a, b, c, d], self.finite()?);
                 }
-                _ => break,
+                _ => {
+                    if !self.bounded_item(&mut [(K::Precision, &mut shape.precision, NOT_NEGATIVE)])? {
+                        break;
+                    }
+                }
             }
         }
         // No point of these sets is farther from the origin.
-        Ok((DVec3::splat(-2.0), DVec3::splat(2.0)))
+        let extent = (DVec3::splat(-2.0), DVec3::splat(2.0));
+        Ok((OtherKind::JuliaFractal(Box::new(shape)), extent))
     }
+}
 
-    /// The word of a curve through points, if one follows.
-    fn curve_word(&mut self) -> Res<bool> {
-        use Keyword as K;
-        let Token::Word(K::LinearSpline | K::QuadraticSpline | K::CubicSpline | K::BezierSpline | K::BSpline) =
-            self.peek()?
-        else {
-            return Ok(false);
-        };
-        self.next()?;
-        self.comma()?;
-        Ok(true)
-    }
+/// Functions that a `julia_fractal` iterates, apart from powers.
+const JULIA_FUNCTIONS: [Keyword; 17] = {
+    use Keyword as K;
+    [
+        K::Sqr,
+        K::Cube,
+        K::Exp,
+        K::Reciprocal,
+        K::Sin,
+        K::Asin,
+        K::Sinh,
+        K::Asinh,
+        K::Cos,
+        K::Acos,
+        K::Cosh,
+        K::Acosh,
+        K::Tan,
+        K::Atan,
+        K::Tanh,
+        K::Atanh,
+        K::Ln,
+    ]
+};
 
-    fn point_count(&mut self) -> Res<usize> {
-        let count = self.finite()?;
-        self.comma()?;
-        if !(1.0..=1e8).contains(&count) {
-            return Err(self.error_here(format!("expected a number of points, found {count}")));
-        }
-        Ok(count as usize)
-    }
-
-    fn revolved(&mut self) -> Res<Extent> {
-        self.curve_word()?;
-        let mut around = Growing::default();
-        for _ in 0..self.point_count()? {
-            let point = self.vector()?;
-            self.comma()?;
-            for radius in [point.x, -point.x] {
-                around.add(DVec3::new(radius, point.y, radius), 0.0);
-            }
-        }
-        Ok(around.extent())
-    }
-
-    fn prism(&mut self) -> Res<Extent> {
-        while self.curve_word()?
-            || self.accept_word(Keyword::LinearSweep)?
-            || self.accept_word(Keyword::ConicSweep)?
-        {}
-        let low = self.finite()?;
-        self.comma()?;
-        let high = self.finite()?;
-        self.comma()?;
-        let mut around = Growing::default();
-        for _ in 0..self.point_count()? {
-            let point = self.vector()?;
-            self.comma()?;
-            around.add(DVec3::new(point.x, low, point.y), 0.0);
-            around.add(DVec3::new(point.x, high, point.y), 0.0);
-        }
-        Ok(around.extent())
-    }
-
-    fn sphere_sweep(&mut self) -> Res<Extent> {
-        self.curve_word()?;
-        let mut around = Growing::default();
-        for _ in 0..self.point_count()? {
-            let center = self.vector()?;
-            self.comma()?;
-            let radius = self.finite()?;
-            self.comma()?;
-            around.add(center, radius);
-        }
-        if self.accept_word(Keyword::Tolerance)? {
-            self.finite()?;
-        }
-        Ok(around.extent())
-    }
-
-    fn bicubic_patch(&mut self) -> Res<Extent> {
-        use Keyword as K;
-        while let Token::Word(
-            word @ (K::Type | K::Flatness | K::USteps | K::VSteps | K::Accuracy | K::UvVectors),
-        ) = self.peek()?
-        {
-            self.next()?;
-            if word == K::UvVectors {
-                for _ in 0..4 {
-                    self.expr()?;
-                    self.comma()?;
-                }
-            } else {
-                self.finite()?;
-            }
-            self.comma()?;
-        }
-        let mut around = Growing::default();
-        for point in self.corners::<16>()? {
-            around.add(point, 0.0);
-        }
-        Ok(around.extent())
-    }
-
-    fn text_shape(&mut self) -> Res<Extent> {
-        match self.next()?.token {
-            Token::Word(Keyword::Ttf) => {
-                self.file_name()?;
-            }
-            Token::Word(Keyword::Internal) => {
-                self.finite()?;
-            }
-            _ => return Err(self.error_here("expected `ttf` or `internal` and a font")),
-        }
-        self.comma()?;
-        let text = self.string()?;
-        self.comma()?;
-        let thickness = self.finite()?;
-        self.comma()?;
-        let offset = self.vector()?;
-        let letters = text.chars().count() as f64;
-        let end = letters * (LETTER_WIDTH + offset.x);
-        Ok((DVec3::ZERO, DVec3::new(end, LETTER_HEIGHT + (letters * offset.y).abs(), thickness)))
-    }
-
-    /// The picture of an `image_map`, `height_field` and the like: its kind, its name, what is said of its gamma. Files are
-    /// not opened.
-    pub fn bitmap(&mut self) -> Res<()> {
-        use Keyword as K;
-        if let Token::Word(
-            K::Png | K::Gif | K::Tga | K::Ppm | K::Pgm | K::Jpeg | K::Tiff | K::Sys | K::Pot | K::Df3,
-        ) = self.peek()?
-        {
-            self.next()?;
-        }
-        self.file_name()?;
-        loop {
-            match self.peek()? {
-                Token::Word(K::Gamma) => {
-                    self.next()?;
-                    if !self.accept_word(K::Srgb)? {
-                        self.finite()?;
-                    }
-                }
-                Token::Word(K::Premultiplied) => {
-                    self.next()?;
-                    self.switch_value()?;
-                }
-                _ => return Ok(()),
-            }
-        }
-    }
+/// What contains a field of a function if nothing else is said.
+fn unit_box() -> (Arc<Object>, Extent) {
+    let extent = (DVec3::NEG_ONE, DVec3::ONE);
+    (Arc::new(super::geometry::stand_in(extent)), extent)
 }

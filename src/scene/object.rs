@@ -1,6 +1,6 @@
 //! Shapes, and what an object adds to its shape.
 
-use super::{Interior, Mesh, PhotonUse, Placement, Polynomial, Texture, Transform};
+use super::{Interior, Mesh, OtherShape, PhotonUse, Placement, Polynomial, Texture, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -112,6 +112,8 @@ pub enum Shape {
     },
     /// Many triangles.
     Mesh(Arc<Mesh>),
+    /// One that is read but not rendered: it has no points.
+    Other(Arc<OtherShape>),
     /// Several objects made one.
     Csg {
         /// How.

@@ -111,7 +111,7 @@ pub fn cross(shape: &Shape, line: &Line) -> Roots {
         Shape::Triangle { vertices, normals } => triangle::cross(vertices, normals.as_deref(), line),
         Shape::Polygon { outlines } => polygon::cross(outlines, line),
         Shape::Mesh(mesh) => mesh::cross(mesh, line),
-        Shape::Csg { .. } => Roots::default(),
+        Shape::Csg { .. } | Shape::Other(_) => Roots::default(),
     }
 }
 
@@ -149,7 +149,7 @@ pub fn reach(shape: &Shape) -> DVec3 {
         Shape::Triangle { vertices, .. } => farthest(&mut vertices.iter().copied()),
         Shape::Polygon { outlines } => farthest(&mut outlines.iter().flatten().copied()),
         Shape::Mesh(mesh) => farthest(&mut mesh.vertices.iter().copied()),
-        Shape::Csg { .. } => DVec3::ZERO,
+        Shape::Csg { .. } | Shape::Other(_) => DVec3::ZERO,
     }
 }
 
