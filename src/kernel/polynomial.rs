@@ -28,6 +28,10 @@ const REACH: f64 = 1e7;
 /// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
 const STEPS: usize = 110;
 
+/// A Newton step below this share of the root was the last one that mattered: its square is below a rounding, even when the
+/// slope is some thousand times smaller than the curvature.
+const SETTLED: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// A polynomial in one unknown per lane: `c[k]` belongs to the `k`th power, `len` of them are in use.
 #[derive(Debug, Clone, Copy)]
 struct Univariate<const N: usize> {
@@ -147,12 +151,25 @@ impl<const N: usize> Univariate<N> {
             let next = good.select(newton, (low + high) * half);
             before = (next - s).abs();
             s = moving.select(next, s);
-            moving &= before.gt((s.abs() + grain) * f64x8::lit(f64::UNIT_ROUNDOFF));
+            let enough = good.select(f64x8::lit(SETTLED), f64x8::lit(f64::UNIT_ROUNDOFF));
+            moving &= before.gt((s.abs() + grain) * enough);
             if moving.none() {
                 break;
             }
         }
         s
+    }
+
+    /// Where a quadratic parts the line into pieces of one sign: its roots, rising, or ends of the line.
+    fn parted(&self, reach: f64x8) -> [f64x8; 2] {
+        let [c, b, a] = [self.c[0], self.c[1], self.c[2]];
+        let discriminant = b * b - a * c * f64x8::lit(4.0);
+        // Of the two roots neither cancels: one over the quadratic's coefficient, one under its constant term.
+        let q = (b + discriminant.sqrt().copysign(b)) * f64x8::lit(-0.5);
+        // NaN, where there is no root, becomes the far end: it loses every comparison.
+        let within = |x: f64x8| (-reach).max(x.min(reach));
+        let (x, y) = (within(q / a), within(c / q));
+        [x.min(y), x.max(y)]
     }
 
     /// The real roots within `reach` of 0, rising, as many as the degree, NaN where there is none. Roots of even
@@ -162,7 +179,10 @@ impl<const N: usize> Univariate<N> {
         let degree = self.len.saturating_sub(1);
         // Roots of the derivative before, or the ends of the brackets that have none: they part the line all the same.
         let mut points = [none; N];
-        for m in 1..=degree {
+        if degree > 2 {
+            points[..2].copy_from_slice(&self.derivative(degree - 2).parted(reach));
+        }
+        for m in if degree > 2 { 3 } else { 1 }..=degree {
             let derivative = self.derivative(degree - m);
             let mut found = [none; N];
             let mut low = -reach;
