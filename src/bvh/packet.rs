@@ -222,12 +222,11 @@ pub(super) struct Bounds<B: Scalar> {
     inverse: [[B::Lane; 2]; 3],
 }
 
-/// Rays whose starts lie within this share of the tree's bounds have them in common: then bounds over a packet are so
-/// close that its rays need not be asked. (The other end of shadow rays, a light, was tried too: such bounds hold the
-/// surface that the rays start on, which are four times the tests.)
-const COMMON: f64 = 1.0 / 1024.0;
-/// How far off a common start counts as, in roundings of its coordinates and of the bounds' widths: what
-/// [`Bvh::slack`] reckons with for starts within the bounds (7.5), with room.
+/// Starts that lie within so many roundings of their coordinates and of the bounds' widths are one: then bounds over a
+/// packet are so close that its rays need not be asked. [`Bvh::slack`] reckons with 7.5 for starts within the bounds; all
+/// boxes are widened by this for common ones, which lie further off. (Starts that are only near each other are not enough:
+/// a vase in a stadium. The other end of shadow rays, a light, was tried too: such bounds hold the surface that the
+/// rays start on, which are four times the tests.)
 const COMMON_ROUNDINGS: f64 = 16.0;
 
 impl<B: Scalar> Bounds<B> {
@@ -247,15 +246,14 @@ impl<B: Scalar> Bounds<B> {
         directions: &Directions<B>,
     ) -> Option<(Self, B)> {
         let mut eye = [0, 1, 2].map(|axis| ends(packets, |packet| packet.eye[axis]));
-        let (mut reach, width) = (0.0f64, (bvh.bounds.max - bvh.bounds.min).max_element());
-        for both in &eye {
-            let [least, most] = around(which, *both).map(B::to_f64);
-            if !(most - least <= COMMON * width) {
-                return None;
-            }
-            reach = reach.max(least.abs()).max(most.abs());
+        let ends_of = eye.map(|both| around(which, both).map(B::to_f64));
+        let reach = ends_of.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
+        let width = (bvh.bounds.max - bvh.bounds.min).max_element();
+        let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
+        if !ends_of.iter().all(|[least, most]| most - least <= pad) {
+            return None;
         }
-        let pad = B::from_f64((reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF));
+        let pad = B::from_f64(pad);
         let lanes = B::Lane::splat(pad);
         for [least, most] in &mut eye {
             (*least, *most) = (*least - lanes, *most + lanes);
