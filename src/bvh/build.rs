@@ -73,12 +73,18 @@ pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bv
     if items.is_empty() {
         return (tree, order);
     }
+    let mut rows = vec![0; kinds];
+    for item in items.iter() {
+        let most = &mut rows[usize::from(item.kind)];
+        *most = item.index.max(*most);
+    }
+    let place = rows.iter().map(|&most| vec![u32::MAX; most as usize + 1]).collect();
     let root = split(items, preset.bins());
 
     let slack = Bvh::<B>::slack(&tree.moved_bounds());
     let corners = [tree.moved_bounds().min - slack, tree.moved_bounds().max + slack];
     tree.entry = corners.map(|corner| corner.to_array().map(B::from_f64));
-    let mut emit = Emit { tree: &mut tree, order: &mut order, slack };
+    let mut emit = Emit { tree: &mut tree, order: &mut order, place, slack };
     emit.node(&root, 1);
     (tree, order)
 }
@@ -194,6 +200,8 @@ fn partition(items: &mut [Item], bounds: &Aabb, count: usize) -> Option<usize> {
 struct Emit<'a, B: Scalar> {
     tree: &'a mut Bvh<B>,
     order: &'a mut [Vec<u32>],
+    /// By kind and old row: its new one, or `u32::MAX` if no leaf has had it.
+    place: Vec<Vec<u32>>,
     slack: DVec3,
 }
 
@@ -233,20 +241,31 @@ impl<B: Scalar> Emit<'_, B> {
         number
     }
 
+    /// A row that several items share, piece by piece, gets its place where it first comes.
     fn leaf(&mut self, items: &[Item]) -> Child {
         let mut items: SmallVec<[Item; MAX_LEAF]> = items.into();
         items.sort_by_key(|item| (item.kind, item.class, item.index));
+        items.dedup_by_key(|item| (item.kind, item.index));
+        for item in &mut items {
+            let place = &mut self.place[usize::from(item.kind)][item.index as usize];
+            if *place == u32::MAX {
+                let order = &mut self.order[usize::from(item.kind)];
+                *place = order.len() as u32;
+                order.push(item.index);
+            }
+            item.index = *place;
+        }
+        items.sort_by_key(|item| (item.kind, item.class, item.index));
         let first = self.tree.runs.len();
-        for run in items.chunk_by(|a, b| (a.kind, a.class) == (b.kind, b.class)) {
-            let order = &mut self.order[usize::from(run[0].kind)];
+        let next_to = |a: &Item, b: &Item| (a.kind, a.class, a.index + 1) == (b.kind, b.class, b.index);
+        for run in items.chunk_by(next_to) {
             self.tree.runs.push(Run {
                 kind: run[0].kind,
                 class: run[0].class,
                 last: false,
                 len: run.len() as u32,
-                first: order.len() as u32,
+                first: run[0].index,
             });
-            order.extend(run.iter().map(|item| item.index));
         }
         if let [run] = self.tree.runs[first..]
             && let Some(leaf) = Child::run(&run)

@@ -51,6 +51,11 @@ macro_rules! kinds {
                 match kind { $(Kind::$variant => self.$field.bounds(row)),* }
             }
 
+            /// Boxes that together hold a row (see [`Block::pieces`]).
+            pub fn pieces(&self, kind: Kind, row: usize, least: f64, most: usize, out: &mut Vec<Aabb>) {
+                match kind { $(Kind::$variant => self.$field.pieces(row, least, most, out)),* }
+            }
+
             /// Rows of `kind` in a new order.
             pub fn permute(&mut self, kind: Kind, order: &[u32]) {
                 match kind { $(Kind::$variant => self.$field.permute(order)),* }

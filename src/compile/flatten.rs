@@ -2,7 +2,7 @@
 
 use super::shapes::{push, push_mesh};
 use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
-use crate::bvh::Preset;
+use crate::bvh::{Item, Preset};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
@@ -125,6 +125,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
+    cut_long(&columns, &mut items, preset);
     let (bvh, mut order) = build_tree::<B>(&mut items, preset);
 
     let mut unbounded = Vec::new();
@@ -193,6 +194,47 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         camera: scene.camera.clone(),
         globals: scene.globals.clone(),
         background: scene.background,
+    }
+}
+
+/// A triangle's pieces are not cut further where they are smaller than so many of the items' even shares of the whole.
+/// (Of 100,000 long triangles in a heap, with 32, 64, 128, 256: SAH 416, 337, 414, 533, and 949 uncut.)
+const CUT_OVER: f64 = 64.0;
+/// Most pieces of one primitive, and of all on average.
+const MOST_PIECES: usize = 64;
+const MEAN_PIECES: usize = 8;
+
+/// Puts long slanting triangles into the tree piece by piece (Ernst and Greiner 2007, Early split clipping for bounding
+/// volume hierarchies): their boxes are mostly empty. The row stays one, and leaves share it.
+fn cut_long<S: Scalar>(columns: &Columns<S>, items: &mut Vec<Item>, preset: Preset) {
+    if preset == Preset::Fast {
+        return;
+    }
+    let whole = items.iter().fold(Aabb::EMPTY, |whole, item| whole.union(item.bounds));
+    let mut least = CUT_OVER * whole.half_area() / items.len() as f64;
+    let mut pieces: Vec<(usize, Vec<Aabb>)> = Vec::new();
+    loop {
+        let mut count = 0;
+        for (number, item) in items.iter().enumerate() {
+            let kind = Kind::ALL.get(usize::from(item.kind));
+            let Some(&kind @ (Kind::Triangle | Kind::SmoothTriangle)) = kind else { continue };
+            if item.bounds.half_area() > least {
+                let mut boxes = Vec::new();
+                columns.pieces(kind, item.index as usize, least, MOST_PIECES, &mut boxes);
+                count += boxes.len();
+                pieces.push((number, boxes));
+            }
+        }
+        if count <= MEAN_PIECES * items.len() {
+            break;
+        }
+        least *= 2.0;
+        pieces.clear();
+    }
+    for (number, boxes) in pieces {
+        let item = items[number];
+        items[number].bounds = boxes[0];
+        items.extend(boxes[1..].iter().map(|&bounds| Item { bounds, ..item }));
     }
 }
 

@@ -172,6 +172,12 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// A box that holds primitive `i`, rounding of the columns included.
     fn bounds(&self, i: usize) -> Aabb;
 
+    /// Boxes that together hold primitive `i`, for a tree that looks better at a long primitive piece by piece: none
+    /// larger than it must be, but at most `most`, and none cut further whose half area is at most `least`.
+    fn pieces(&self, i: usize, _least: f64, _most: usize, out: &mut Vec<Aabb>) {
+        out.push(self.bounds(i));
+    }
+
     /// Row `k` becomes the former row `order[k]`.
     fn permute(&mut self, order: &[u32]);
 }

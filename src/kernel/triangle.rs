@@ -227,6 +227,37 @@ fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     a.mul_add(b, -cd) + error
 }
 
+/// A triangle is cut where its box has so many times the area of the triangle's shadows on the box' sides: 2 is usual,
+/// long and slanting ones have 20 to 200.
+const SLENDER: f64 = 8.0;
+
+/// See [`Block::pieces`]: halves across the longest edge, again and again.
+fn pieces(corners: [DVec3; 3], least: f64, most: usize, out: &mut Vec<Aabb>) {
+    let (end, mut waiting) = (out.len() + most, smallvec::SmallVec::<[[DVec3; 3]; 32]>::new());
+    waiting.push(corners);
+    while let Some([a, b, c]) = waiting.pop() {
+        let bounds = Aabb::of([a, b, c]);
+        let shadows = (b - a).cross(c - a).abs().element_sum() / 2.0;
+        let (area, full) = (bounds.half_area(), out.len() + waiting.len() + 2 > end);
+        if full || !(area > least) || !(area > SLENDER * shadows) {
+            // Middles are rounded.
+            out.push(bounds.inflated(4.0 * f64::UNIT_ROUNDOFF));
+            continue;
+        }
+        let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
+        let [a, b, c] = if ab >= bc && ab >= ca {
+            [c, a, b]
+        } else if bc >= ca {
+            [a, b, c]
+        } else {
+            [b, c, a]
+        };
+        let middle = (b + c) / 2.0; // b and c are now the ends of the longest edge.
+        waiting.push([a, b, middle]);
+        waiting.push([a, middle, c]);
+    }
+}
+
 impl<S: Scalar> Block<S> for Triangles<S> {
     type Roots = [S::Lane; 1];
 
@@ -289,6 +320,10 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     /// Exact: the corners themselves.
     fn bounds(&self, i: usize) -> Aabb {
         Aabb::of(self.corners_of(i))
+    }
+
+    fn pieces(&self, i: usize, least: f64, most: usize, out: &mut Vec<Aabb>) {
+        pieces(self.corners_of(i), least, most, out);
     }
 
     fn permute(&mut self, order: &[u32]) {
@@ -374,6 +409,10 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
 
     fn bounds(&self, i: usize) -> Aabb {
         self.flat.bounds(i)
+    }
+
+    fn pieces(&self, i: usize, least: f64, most: usize, out: &mut Vec<Aabb>) {
+        self.flat.pieces(i, least, most, out);
     }
 
     fn permute(&mut self, order: &[u32]) {
