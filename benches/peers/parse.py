@@ -3,9 +3,10 @@
 
     cargo build --release && benches/peers/parse.py
 
-octray: processor time of the whole process `octray check`, and the same less that of checking a scene of one sphere.
-POV-Ray: the processor time that its own statistics give for parsing, without its start. One thread each; the least
-of a few turns. The corpus is what the package povray-examples installs, as far as POV-Ray reads it to the end.
+octray: processor time of reading and evaluating, as `octray check --times` says, and that of the whole process with its
+start, the statistics it prints, and its end. POV-Ray: the processor time that its own statistics give for parsing, without
+its start. One thread each, both with a picture of 8 by 8; the least of a few turns. The corpus is what the package
+povray-examples installs, as far as POV-Ray reads it to the end. `--csv` keeps every figure.
 """
 
 import argparse
@@ -40,12 +41,14 @@ def mesh(path, n=501):
 
 
 def octray(program, scene):
-    """Seconds of processor time; None if the scene has errors."""
-    process = subprocess.Popen([program, "check", scene.name], cwd=scene.parent,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    """Seconds of processor time, for reading and in all; None if the scene has errors."""
+    process = subprocess.Popen([program, "check", "--times", "-W", "8", "-H", "8", scene.name], cwd=scene.parent,
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    said = process.stdout.read().decode(errors="replace")
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
-    return used.ru_utime + used.ru_stime if process.returncode == 0 else None
+    found = re.search(r"read and evaluated in ([0-9.]+) s", said)
+    return (float(found[1]), used.ru_utime + used.ru_stime) if found and process.returncode == 0 else None
 
 
 def povray(scene):
@@ -60,9 +63,15 @@ def povray(scene):
     return float(found[1]) if found and done.returncode == 0 else None
 
 
-def least(values):
-    values = [value for value in values if value is not None]
-    return min(values) if values else None
+def measured(program, scene, turns):
+    """By turns: POV-Ray's seconds, octray's for reading, octray's in all; None if either does not read the scene."""
+    theirs, ours = [], []
+    for _ in range(turns):
+        theirs.append(povray(scene))
+        ours.append(octray(program, scene))
+        if theirs[-1] is None or ours[-1] is None:
+            return None
+    return min(theirs), min(read for read, _ in ours), min(whole for _, whole in ours)
 
 
 def main():
@@ -70,35 +79,34 @@ def main():
     arguments.add_argument("--octray", default=str(HERE.parent.parent / "target/release/octray"))
     arguments.add_argument("--turns", type=int, default=3)
     arguments.add_argument("--corpus", action="store_true", help="read the examples too (some minutes)")
+    arguments.add_argument("--csv", type=Path)
     given = arguments.parse_args()
+    lines = ["scene,povray_parse_s,octray_read_s,octray_process_s"]
     with tempfile.TemporaryDirectory() as folder:
         sheet, ball = Path(folder, "mesh2.scn"), Path(folder, "ball.scn")
         mesh(sheet)
         ball.write_text("#version 3.7;\nsphere { 0, 1 }\n")
-        start = least(octray(given.octray, ball) for _ in range(10))
-        print(f"octray's start: {1e3 * start:.1f} ms")
-        print(f"{'scene':8} {'POV-Ray s':>10} {'octray s':>9} {'ratio':>6}")
+        start = min(octray(given.octray, ball)[1] for _ in range(10))
+        print(f"octray's start and end: {1e3 * start:.1f} ms\n")
+        print("| scene | POV-Ray's parse, s | octray's, s | ratio | octray's process, s | ratio |")
+        print("|---|---|---|---|---|---|")
         for scene in [*(HERE.parent / "parse" / f"{name}.scn" for name in ("draw", "loop", "tree")), sheet]:
-            turns = [(povray(scene), octray(given.octray, scene)) for _ in range(given.turns)]
-            theirs, ours = least(t[0] for t in turns), least(t[1] for t in turns)
-            print(f"{scene.stem:8} {theirs:10.3f} {ours:9.3f} {theirs / ours:6.1f}")
+            theirs, ours, whole = measured(given.octray, scene, given.turns)
+            print(f"| {scene.stem} | {theirs:.3f} | {ours:.3f} | {theirs / ours:.1f} | {whole:.3f} | {theirs / whole:.1f} |")
+            lines.append(f"{scene.stem},{theirs},{ours},{whole}")
     if given.corpus:
-        sums, count, ratios = [0.0, 0.0, 0.0], 0, []
+        all_of_them = []
         for scene in sorted(CORPUS.rglob("*.pov")):
-            theirs = povray(scene)
-            ours = least(octray(given.octray, scene) for _ in range(given.turns))
-            if theirs is None or ours is None:
-                print(f"left out, POV-Ray {theirs}, octray {ours}: {scene}")
+            figures = measured(given.octray, scene, 1)
+            if figures is None:
+                print(f"left out: {scene}")
                 continue
-            for slot, value in enumerate((theirs, ours, max(ours - start, 0.0))):
-                sums[slot] += value
-            ratios.append((theirs / ours, scene))
-            count += 1
-        print(f"{count} examples: POV-Ray {sums[0]:.2f} s, octray {sums[1]:.2f} s, without its start {sums[2]:.2f} s: "
-              f"{sums[0] / sums[1]:.1f} and {sums[0] / sums[2]:.1f} times")
-        ratios.sort()
-        for ratio, scene in ratios[:10]:
-            print(f"slowest: {ratio:.2f} {scene}")
+            all_of_them.append(figures)
+            lines.append(f"{scene.relative_to(CORPUS)},{figures[0]},{figures[1]},{figures[2]}")
+        theirs, ours, whole = (sum(column) for column in zip(*all_of_them))
+        print(f"| {len(all_of_them)} examples | {theirs:.2f} | {ours:.2f} | {theirs / ours:.1f} | {whole:.2f} | {theirs / whole:.1f} |")
+    if given.csv:
+        given.csv.write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

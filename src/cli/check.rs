@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::scene::{MessageFormat, SceneArgs, many, options, over_limit, plural, print_messages, shapes};
+use cpu_time::ProcessTime;
 use octray::eval::{Effect, Evaluation};
 use octray::lang::Severity;
 use octray::render::{RenderOptions, shape_counts};
@@ -14,6 +15,15 @@ pub struct Args {
     scenes: Vec<PathBuf>,
     #[command(flatten)]
     scene: SceneArgs,
+    /// What the scene finds in `image_width`
+    #[arg(short = 'W', long, value_name = "N", default_value_t = RenderOptions::default().width as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    width: u32,
+    /// What the scene finds in `image_height`
+    #[arg(short = 'H', long, value_name = "N", default_value_t = RenderOptions::default().height as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    height: u32,
+    /// Say how much processor time reading and evaluating took
+    #[arg(long)]
+    times: bool,
     /// The same as --message-format short
     #[arg(long, conflicts_with = "message_format")]
     short: bool,
@@ -22,12 +32,13 @@ pub struct Args {
 /// Diagnostics go to the standard error stream. To the standard output go, for each good scene, one line, and one for each
 /// feature that `octray render` would refuse or ignore: that makes no scene a bad one.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let size = RenderOptions::default();
+    let size = (args.width as usize, args.height as usize);
     let mut all_good = true;
     for path in &args.scenes {
-        let options =
-            octray::eval::Options { list_missing: true, ..options(&args.scene, (size.width, size.height)) };
+        let options = octray::eval::Options { list_missing: true, ..options(&args.scene, size) };
+        let begin = ProcessTime::now();
         let found = octray::eval::load(path, &options);
+        let read_s = begin.elapsed().as_secs_f64();
         let format = if args.short { MessageFormat::Short } else { args.scene.message_format };
         print_messages(&found, false, format);
         if found.has_errors() {
@@ -40,6 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lights = plural(found.scene.lights.len(), "light");
         let warnings = plural(found.count(Severity::Warning), "warning");
         println!("{}: no errors, {warnings}; {lights}, shapes: {}", path.display(), shapes.join(", "));
+        if args.times {
+            println!("  read and evaluated in {read_s:.6} s of processor time");
+        }
         if sum > args.scene.max_shapes {
             println!("  refused: {} ({})", many(sum), over_limit(args.scene.max_shapes));
         }

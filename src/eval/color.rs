@@ -76,7 +76,7 @@ impl Machine<'_> {
     }
 
     /// What `rgb`, `rgbf`, `srgb` and the like make of the value behind them.
-    fn components_of(&self, word: Keyword, value: Num) -> [f64; 5] {
+    pub fn components_of(&self, word: Keyword, value: Num) -> [f64; 5] {
         use Keyword as K;
         let [r, g, b, f, t] = value.v;
         let mut color = match word {

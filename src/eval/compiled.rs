@@ -51,6 +51,8 @@ struct Code {
     end: u32,
     /// The token behind it is a name; if it is a macro's, its call comes first.
     next_name: Option<Symbol>,
+    /// Its last value was a float: the next one will be, most likely.
+    scalar: bool,
 }
 
 type Id = u32;
@@ -95,36 +97,76 @@ impl Machine<'_> {
     /// The value of the float that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled_float(&mut self) -> Option<f64> {
-        let id = self.code_here(Level::Sum)?;
+        let id = self.code_at(self.at, Level::Sum)?;
         self.run_code(id, |run, root| run.float(root))
     }
 
     /// The value of the 3-vector that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled_vector(&mut self) -> Option<DVec3> {
-        let id = self.code_here(Level::Sum)?;
+        let id = self.code_at(self.at, Level::Sum)?;
         self.run_code(id, |run, root| run.vector(root))
     }
 
     /// The value of the expression that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled(&mut self, level: Level) -> Option<Num> {
-        let id = self.code_here(level)?;
-        self.run_code(id, |run, root| run.num(root))
+        let id = self.code_at(self.at, level)?;
+        self.run_num(id)
     }
 
-    /// The code of the expression at the next token. Compiles what comes by for the second time.
-    fn code_here(&mut self, level: Level) -> Option<(usize, usize)> {
+    /// The value of the expression at token `start`, if it has been compiled and `mark` is behind it, which is taken too.
+    #[inline]
+    pub fn compiled_between(&mut self, start: u32, level: Level, mark: Mark) -> Option<Num> {
+        let program = self.program as usize;
+        let compiled = self.compiled.get(program)?;
+        let index = compiled.at[level as usize].get(start as usize)?.checked_sub(FIRST)?;
+        let end = compiled.codes[index as usize].end;
+        if !matches!(self.text.tokens[end as usize], Token::Mark(found) if found == mark) {
+            return None;
+        }
+        let num = self.run_num((program, index as usize))?;
+        self.at = end + 1;
+        Some(num)
+    }
+
+    /// Evaluates a code: as a float, which takes a fraction of the time, if it was one the last time.
+    #[inline]
+    fn run_num(&mut self, id: (usize, usize)) -> Option<Num> {
+        if self.compiled[id.0].codes[id.1].scalar
+            && let Some(value) = self.run_code(id, |run, root| run.float(root))
+        {
+            return Some(Num::float(value));
+        }
+        let num = self.run_code(id, |run, root| run.num(root))?;
+        self.compiled[id.0].codes[id.1].scalar = num.n == 1;
+        Some(num)
+    }
+
+    /// The code of the expression at token `start`. Compiles what comes by for the second time.
+    #[inline]
+    fn code_at(&mut self, start: u32, level: Level) -> Option<(usize, usize)> {
+        let program = self.program as usize;
+        let entry = *self.compiled.get(program)?.at[level as usize].get(start as usize).unwrap_or(&0);
+        match entry {
+            REFUSED => None,
+            0 | SEEN => self.code_to_be(start, level),
+            index => Some((program, (index - FIRST) as usize)),
+        }
+    }
+
+    #[inline(never)]
+    fn code_to_be(&mut self, start: u32, level: Level) -> Option<(usize, usize)> {
         let program = self.program as usize;
         let compiled = self.compiled.get_mut(program)?;
         let table = &mut compiled.at[level as usize];
         if table.is_empty() {
             table.resize(self.text.tokens.len(), 0);
         }
-        let entry = table.get_mut(self.at as usize)?;
+        let entry = table.get_mut(start as usize)?;
         match *entry {
             0 => *entry = SEEN,
-            SEEN => match Compiler::compile(&self.text, self.at, level) {
+            SEEN => match Compiler::compile(&self.text, start, level) {
                 Some(code) => {
                     *entry = compiled.codes.len() as u32 + FIRST;
                     compiled.codes.push(code);
@@ -132,8 +174,7 @@ impl Machine<'_> {
                 }
                 None => *entry = REFUSED,
             },
-            REFUSED => {}
-            index => return Some((program, (index - FIRST) as usize)),
+            _ => {}
         }
         None
     }
@@ -161,7 +202,7 @@ impl Machine<'_> {
         };
         drop(run);
         let (end, index) = (code.end, code.end - 1);
-        self.steps += u64::from(end - self.at);
+        self.steps += u64::from(end.saturating_sub(self.at));
         self.last = Lexeme { token: self.text.tokens[index as usize], program: program as u32, index };
         self.jump(end);
         Some(value)
@@ -378,7 +419,7 @@ impl Compiler<'_> {
             _ => None,
         };
         debug_assert_eq!(root as usize, compiler.nodes.len() - 1);
-        Some(Code { nodes: compiler.nodes, end: compiler.at as u32, next_name })
+        Some(Code { nodes: compiler.nodes, end: compiler.at as u32, next_name, scalar: false })
     }
 
     fn peek(&self) -> Token {

@@ -29,6 +29,19 @@ impl Machine<'_> {
         Ok(lexeme)
     }
 
+    /// Takes the mark that is at hand.
+    #[inline]
+    pub fn take_mark(&mut self) {
+        self.last = self.here();
+        match self.last.token {
+            Token::Mark(Mark::OpenBrace) => self.braces += 1,
+            Token::Mark(Mark::CloseBrace) => self.braces = self.braces.saturating_sub(1),
+            _ => {}
+        }
+        self.at += 1;
+        self.ready = false;
+    }
+
     /// Looks at the next token. Directives before it are carried out.
     #[inline]
     pub fn peek(&mut self) -> Res<Token> {
@@ -71,6 +84,7 @@ impl Machine<'_> {
                 )));
             }
             match self.peek_raw() {
+                Token::Directive(directive, jump) if self.quick_directive(directive, jump) => {}
                 Token::Directive(directive, jump) => {
                     let lexeme = self.here();
                     self.at += 1;
@@ -165,9 +179,8 @@ impl Machine<'_> {
             self.scopes.pop();
         }
         if let Some(frame) = self.frames.last() {
-            self.program = frame.program;
-            self.text = self.programs[frame.program as usize].clone();
-            self.jump(frame.next);
+            let (program, next) = (frame.program, frame.next);
+            self.go_to(program, next);
         }
     }
 
@@ -182,21 +195,30 @@ impl Machine<'_> {
             self.scopes.push();
         }
         self.frames.push(Frame { program, next, loops: self.loops.len(), kind, from });
-        self.program = program;
-        self.text = self.programs[program as usize].clone();
         if self.compiled.len() < self.programs.len() {
             self.compiled.resize_with(self.programs.len(), Default::default);
         }
-        self.jump(next);
+        self.go_to(program, next);
         Ok(())
+    }
+
+    /// Makes a text the innermost one.
+    #[inline]
+    fn go_to(&mut self, program: u32, next: u32) {
+        // Most macros are called from the file they stand in.
+        if program != self.program || self.text.tokens.is_empty() {
+            self.program = program;
+            self.text = self.programs[program as usize].clone();
+        }
+        self.jump(next);
     }
 
     /// Reads a call's arguments and enters the macro.
     fn call(&mut self, callee: &Macro, at: Lexeme) -> Res<()> {
         self.deeper(|m| {
-            let name = m.symbols.name(callee.name).clone();
             if m.peek()? != Token::Mark(Mark::OpenParen) {
                 let found = m.describe_peeked()?;
+                let name = m.symbols.name(callee.name);
                 let message = format!("expected `(` and the arguments of macro `{name}`, found {found}");
                 return Err(m.error_at_next(message));
             }
@@ -205,7 +227,7 @@ impl Machine<'_> {
             for (index, _) in callee.params.iter().enumerate() {
                 m.comma()?;
                 if m.peek()? == Token::Mark(Mark::CloseParen) {
-                    let wants = callee.params.len();
+                    let (name, wants) = (m.symbols.name(callee.name), callee.params.len());
                     let message = format!("macro `{name}` wants {wants} arguments, found {index}");
                     return Err(m.error_at_next(message));
                 }

@@ -226,7 +226,7 @@ impl Machine<'_> {
             return Err(self.error(format!("cannot read the file `{name}`"), self.span(at)));
         };
         self.charge(text.len() * 8)?;
-        let file = self.sources.add(name, None, text.as_bytes());
+        let file = self.sources.add(name, None, text.into_bytes());
         let text = self.sources.file(file).text.clone();
         match read(file, &text, &mut self.symbols) {
             Ok(program) => Ok(Arc::new(program)),

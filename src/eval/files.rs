@@ -37,9 +37,9 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
 }
 
 /// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed.
-pub(super) fn run(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) -> Evaluation {
+pub(super) fn run(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
     std::thread::scope(|scope| {
-        let evaluate = || evaluate(name, path, bytes, options);
+        let evaluate = move || evaluate(name, path, bytes, options);
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, evaluate);
         match thread.map(|thread| thread.join()) {
             Ok(Ok(evaluation)) => evaluation,
@@ -56,7 +56,7 @@ pub(super) fn run(name: &str, path: Option<&Path>, bytes: &[u8], options: &Optio
     })
 }
 
-fn evaluate(name: &str, path: Option<&Path>, bytes: &[u8], options: &Options) -> Evaluation {
+fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
     let mut machine = Machine::new(options);
     let file = machine.sources.add(name, path, bytes);
     if let Some(path) = path {
@@ -162,7 +162,7 @@ impl Machine<'_> {
             return Ok(*program);
         }
         self.charge(bytes.len() * 8)?;
-        let file = self.sources.add(&display, Some(&key), &bytes);
+        let file = self.sources.add(&display, Some(&key), bytes);
         match self.compile(file) {
             Ok(program) => {
                 self.program_of.insert(key, program);

@@ -192,12 +192,15 @@ impl<'a> Machine<'a> {
     // Expectations
 
     /// Takes the next token if it is `mark`.
+    #[inline]
     pub fn accept(&mut self, mark: Mark) -> Res<bool> {
-        let found = self.peek()? == Token::Mark(mark);
-        if found {
-            self.next()?;
+        match self.peek()? {
+            Token::Mark(found) if found == mark => {
+                self.take_mark();
+                Ok(true)
+            }
+            _ => Ok(false),
         }
-        Ok(found)
     }
 
     /// Takes the next token if it is `word`.
@@ -210,22 +213,26 @@ impl<'a> Machine<'a> {
     }
 
     /// Commas between values may be left out.
+    #[inline]
     pub fn comma(&mut self) -> Res<()> {
         self.accept(Mark::Comma).map(|_| ())
     }
 
+    #[inline]
     pub fn expect(&mut self, mark: Mark) -> Res<Lexeme> {
-        if self.peek()? == Token::Mark(mark) {
-            return self.next();
-        }
+        if self.accept(mark)? { Ok(self.last) } else { self.unexpected(mark) }
+    }
+
+    #[cold]
+    fn unexpected(&mut self, mark: Mark) -> Res<Lexeme> {
         let found = self.describe_peeked()?;
         Err(self.error_at_next(format!("expected `{}`, found {found}", mark.text())))
     }
 
     /// The `{` of a block.
     pub fn open(&mut self, what: &str) -> Res<Lexeme> {
-        if self.peek()? == Token::Mark(Mark::OpenBrace) {
-            return self.next();
+        if self.accept(Mark::OpenBrace)? {
+            return Ok(self.last);
         }
         let found = self.describe_peeked()?;
         Err(self.error_at_next(format!("expected `{{` after `{what}`, found {found}")))
@@ -233,8 +240,10 @@ impl<'a> Machine<'a> {
 
     /// The `}` of a block that `open` began.
     pub fn close(&mut self, what: &str, open: Lexeme) -> Res<()> {
+        if self.accept(Mark::CloseBrace)? {
+            return Ok(());
+        }
         match self.peek()? {
-            Token::Mark(Mark::CloseBrace) => self.next().map(|_| ()),
             Token::End => Err(self.unclosed(what, open)),
             _ => {
                 let found = self.describe_peeked()?;

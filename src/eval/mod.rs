@@ -176,7 +176,7 @@ impl Evaluation {
 /// Evaluates a scene file. A file that cannot be read is a diagnostic like any other.
 pub fn load(path: &Path, options: &Options) -> Evaluation {
     match files::read_scene(path) {
-        Ok(bytes) => files::run(&path.display().to_string(), Some(path), &bytes, options),
+        Ok(bytes) => files::run(&path.display().to_string(), Some(path), bytes, options),
         Err(message) => Evaluation {
             diagnostics: vec![Diagnostic::new(Severity::Error, message, None)],
             ..Evaluation::default()
@@ -186,5 +186,5 @@ pub fn load(path: &Path, options: &Options) -> Evaluation {
 
 /// Evaluates a text; `name` is what diagnostics call it. Includes are looked for in the working folder first.
 pub fn from_text(name: &str, text: &str, options: &Options) -> Evaluation {
-    files::run(name, None, text.as_bytes(), options)
+    files::run(name, None, text.as_bytes().to_vec(), options)
 }

@@ -137,9 +137,25 @@ impl Machine<'_> {
     }
 
     /// One modifier of an object. False if the next token is none.
+    #[inline]
     pub fn modifier(&mut self, value: &mut ObjectValue) -> Res<bool> {
+        match self.peek()? {
+            Token::Word(word) => self.modifier_word(word, value),
+            _ => Ok(false),
+        }
+    }
+
+    fn modifier_word(&mut self, word: Keyword, value: &mut ObjectValue) -> Res<bool> {
         use Keyword as K;
-        let Token::Word(word) = self.peek()? else { return Ok(false) };
+        if word == K::Pigment
+            && let Some(object) = &mut value.object
+            && object.texture.is_none()
+            && let Some(texture) = self.plain_pigment()
+        {
+            value.lacks.add(&self.default_texture.lacks);
+            Arc::make_mut(object).texture = Some(texture);
+            return Ok(true);
+        }
         if let Some(transform) = self.transform_item(word)? {
             self.charge_move(&value.facts)?;
             value.transform(&transform);

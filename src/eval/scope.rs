@@ -14,8 +14,10 @@ use std::sync::Arc;
 pub(super) struct Scopes {
     /// By symbol, outermost binding first.
     bindings: Vec<SmallVec<[Binding; 1]>>,
-    /// For each open scope but the outermost, the names bound in it.
-    locals: Vec<Vec<Symbol>>,
+    /// The names bound in the open scopes but the outermost, scope by scope.
+    locals: Vec<Symbol>,
+    /// For each open scope but the outermost, where its names begin in `locals`.
+    starts: Vec<usize>,
 }
 
 #[derive(Debug)]
@@ -45,16 +47,17 @@ pub(super) struct Place {
 impl Scopes {
     /// How many includes and calls are open.
     pub fn depth(&self) -> usize {
-        self.locals.len()
+        self.starts.len()
     }
 
     pub fn push(&mut self) {
-        self.locals.push(Vec::new());
+        self.starts.push(self.locals.len());
     }
 
     pub fn pop(&mut self) {
-        for symbol in self.locals.pop().unwrap_or_default() {
-            let depth = self.locals.len() as u32 + 1;
+        let depth = self.starts.len() as u32;
+        let Some(start) = self.starts.pop() else { return };
+        for symbol in self.locals.drain(start..) {
             let stack = &mut self.bindings[symbol.0 as usize];
             if stack.last().is_some_and(|binding| binding.scope == depth) {
                 stack.pop();
@@ -176,7 +179,7 @@ impl Scopes {
     /// `#local`: rewrites the binding of the innermost scope (through it, if it is a parameter by reference), or
     /// makes one there.
     pub fn local(&mut self, symbol: Symbol, value: Value) {
-        let depth = self.locals.len() as u32;
+        let depth = self.starts.len() as u32;
         let here =
             self.bindings.get(symbol.0 as usize).and_then(|s| s.last()).is_some_and(|b| b.scope == depth);
         if here {
@@ -189,7 +192,7 @@ impl Scopes {
     /// [`Scopes::local`] for the scope that was innermost when `depth` scopes were open: a macro that is still running
     /// may give a local of its caller its value.
     pub fn local_at(&mut self, depth: usize, symbol: Symbol, value: Value) {
-        if depth >= self.locals.len() {
+        if depth >= self.starts.len() {
             return self.local(symbol, value);
         }
         let index = symbol.0 as usize;
@@ -207,14 +210,12 @@ impl Scopes {
             return;
         }
         stack.insert(above, Binding { scope: depth as u32, slot: Slot::Value(value) });
-        if depth > 0 {
-            self.locals[depth - 1].push(symbol);
-        }
+        self.remember(symbol, depth);
     }
 
     /// Binds a parameter in the innermost scope.
     pub fn bind_local(&mut self, symbol: Symbol, slot: Slot) {
-        self.bind(symbol, self.locals.len() as u32, slot);
+        self.bind(symbol, self.starts.len() as u32, slot);
     }
 
     /// `#undef`: forgets the innermost binding.
@@ -230,8 +231,19 @@ impl Scopes {
             self.bindings.resize_with(index + 1, SmallVec::new);
         }
         self.bindings[index].push(Binding { scope, slot });
-        if scope > 0 {
-            self.locals[scope as usize - 1].push(symbol);
+        self.remember(symbol, scope as usize);
+    }
+
+    /// Notes that `symbol` is bound in `scope`.
+    fn remember(&mut self, symbol: Symbol, scope: usize) {
+        match scope {
+            0 => {}
+            _ if scope == self.starts.len() => self.locals.push(symbol),
+            // A scope that others are open within.
+            _ => {
+                self.locals.insert(self.starts[scope], symbol);
+                self.starts[scope..].iter_mut().for_each(|start| *start += 1);
+            }
         }
     }
 }

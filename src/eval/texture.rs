@@ -1,14 +1,17 @@
 //! `texture`, `material` and `interior` (manual sections 3.4.6 and 3.4.7).
 
+use super::color::as_color;
+use super::compiled::Level;
 use super::machine::{Machine, Res};
 use super::patterned::Spread;
 use super::pigment::fold;
-use super::value::{Material, NamedMap, Value, With};
+use super::value::{Material, NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{
     AnyPattern, BlockPattern, Finish, Image, Interior, Layer, Map, Normal, OtherPattern, Pattern, Patterned,
-    Texture,
+    Pigment, PigmentKind, Placement, Texture,
 };
+use glam::DVec3;
 use std::sync::Arc;
 
 /// A script may lay a texture over itself again and again (`#declare T = texture { T } texture { T }`).
@@ -92,10 +95,58 @@ impl Machine<'_> {
         };
         let Some(Value::Texture(texture)) = self.scopes.get(*symbol) else { return Ok(None) };
         let texture = texture.clone();
-        for _ in 0..3 {
-            self.next()?;
-        }
+        self.steps += 3;
+        self.jump(self.at + 2);
+        self.last = self.here();
+        self.jump(self.at + 1);
         Ok(Some(texture))
+    }
+
+    /// The default texture with the colour of `pigment { rgb <1, 0, 0> }`, if that is what is next, with a colour that takes no
+    /// reading. Nothing but speed: most objects of a script look like that.
+    pub fn plain_pigment(&mut self) -> Option<Arc<Texture>> {
+        let at = self.at as usize;
+        let &[
+            Token::Word(Keyword::Pigment),
+            Token::Mark(Mark::OpenBrace),
+            Token::Word(Keyword::Rgb),
+            first,
+            next,
+        ] = self.text.tokens.get(at..at + 5)?
+        else {
+            return None;
+        };
+        let base = &self.default_texture.value;
+        let [Layer { pigment, .. }] = &base.layers[..] else { return None };
+        if !(base.transform.is_identity() && pigment.transform.is_identity()) || base.patterned.is_some() {
+            return None;
+        }
+        let color = match first {
+            Token::Vector(first, 3) if next == Token::Mark(Mark::CloseBrace) => {
+                let v = &self.text.numbers[first as usize..][..3];
+                let v = Num::vector(DVec3::new(v[0], v[1], v[2]));
+                self.steps += 5;
+                self.jump(self.at + 5);
+                v
+            }
+            _ => self.compiled_between(self.at + 3, Level::Sum, Mark::CloseBrace)?,
+        };
+        let color = self.components_of(Keyword::Rgb, color);
+        if !color.iter().all(|c| c.is_finite()) {
+            // The reader says what is wrong.
+            self.jump(at as u32);
+            return None;
+        }
+        let base = &self.default_texture.value;
+        let below = &base.layers[0];
+        let pigment = Pigment { kind: PigmentKind::Solid(as_color(color)), transform: Placement::IDENTITY };
+        let layer = Layer { pigment, finish: below.finish.clone(), normal: below.normal.clone() };
+        Some(Arc::new(Texture {
+            layers: vec![layer],
+            patterned: None,
+            uv_mapping: base.uv_mapping,
+            transform: Placement::IDENTITY,
+        }))
     }
 
     fn texture_item(

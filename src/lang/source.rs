@@ -38,7 +38,7 @@ pub struct SourceFile {
     /// Where it was read from; `None` if it did not come from a file.
     pub path: Option<PathBuf>,
     /// With line ends as `\n` and without a byte order mark.
-    pub text: Arc<str>,
+    pub text: Arc<String>,
     /// Found when a diagnostic first asks.
     line_starts: OnceLock<Vec<u32>>,
 }
@@ -61,17 +61,16 @@ pub struct SourceMap {
 
 impl SourceMap {
     /// Takes in a file's bytes: UTF-8, or else Latin-1 (as scenes of the last century are); any line ends.
-    pub fn add(&mut self, name: &str, path: Option<&Path>, bytes: &[u8]) -> FileId {
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => std::borrow::Cow::Borrowed(text),
-            Err(_) => bytes.iter().map(|&byte| byte as char).collect::<String>().into(),
-        };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let text: Arc<str> = if text.contains('\r') {
-            text.replace("\r\n", "\n").replace('\r', "\n").into()
-        } else {
-            text.into()
-        };
+    pub fn add(&mut self, name: &str, path: Option<&Path>, bytes: Vec<u8>) -> FileId {
+        let mut text = String::from_utf8(bytes)
+            .unwrap_or_else(|error| error.as_bytes().iter().map(|&byte| byte as char).collect());
+        if text.starts_with('\u{feff}') {
+            text.remove(0);
+        }
+        if text.contains('\r') {
+            text = text.replace("\r\n", "\n").replace('\r', "\n");
+        }
+        let text = Arc::new(text);
         let line_starts = OnceLock::new();
         self.files.push(SourceFile { name: name.into(), path: path.map(Into::into), text, line_starts });
         FileId(self.files.len() as u32 - 1)
