@@ -11,7 +11,7 @@ use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
-pub use crate::wave::Occupancy;
+pub use crate::wave::{Occupancy, Schedule, Traversal};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -28,7 +28,8 @@ pub enum Precision {
     /// Boxes in single, surfaces in double precision.
     #[default]
     Exact,
-    /// Double precision throughout, boxes too.
+    /// Double precision throughout, boxes too: the kernels of `exact` under boxes without any rounding to f32. Sums are
+    /// plain f64, not compensated: in no hard case would more digits decide otherwise (`docs/hard-cases.md`).
     Strict,
 }
 
@@ -58,6 +59,8 @@ pub struct RenderOptions {
     pub engine: Engine,
     /// Counts how many of eight lanes work in the packet engine's tests; takes some more time.
     pub occupancy: bool,
+    /// How the packet engine cuts up its work.
+    pub schedule: Schedule,
 }
 
 impl Default for RenderOptions {
@@ -70,6 +73,7 @@ impl Default for RenderOptions {
             precision: Precision::default(),
             engine: Engine::default(),
             occupancy: false,
+            schedule: Schedule::default(),
         }
     }
 }
@@ -182,8 +186,9 @@ fn trace_packets<S: Scalar, B: Scalar>(
     let begin = Instant::now();
     let sum = Sum::new(options);
     let on_tile = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
-    let (width, height) = (options.width, options.height);
-    let (film, rays, occupancy) = wave::render(&compiled, width, height, options.occupancy, &on_tile);
+    let size = (options.width, options.height);
+    let (film, rays, occupancy) =
+        wave::render(&compiled, size, options.schedule, options.occupancy, &on_tile);
     let trace_s = begin.elapsed().as_secs_f64();
     let occupancy = options.occupancy.then_some(occupancy);
     (film, RenderStats { build_s, trace_s, rays, occupancy, ..RenderStats::default() })

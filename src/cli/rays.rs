@@ -1,11 +1,11 @@
 //! `octray rays`: how many rays a second, and what they hit.
 
 use super::Failure;
-use super::render::PrecisionArg;
+use super::render::{PrecisionArg, TraversalArg};
 use super::scene::{SceneArgs, load};
 use clap::ValueEnum;
 use glam::DVec3;
-use octray::bvh::{Occupancy, Preset, Traversal};
+use octray::bvh::{Occupancy, Preset};
 use octray::image_io::replace_file;
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
@@ -118,19 +118,6 @@ impl SetArg {
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum TraversalArg {
-    /// As pictures do: by measured switches
-    #[default]
-    Auto,
-    /// Groups of eight-ray packets, whatever the rays
-    Packet,
-    /// Each ray by itself against eight boxes
-    Single,
-    /// Packets that fall apart into single rays
-    Hybrid,
-}
-
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum BuildArg {
     /// For previews of large scenes
     Fast,
@@ -175,12 +162,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         BuildArg::Balanced => Preset::Balanced,
         BuildArg::Best => Preset::Best,
     };
-    let traversal = match args.traversal {
-        TraversalArg::Auto => Traversal::Auto,
-        TraversalArg::Packet => Traversal::Packet,
-        TraversalArg::Single => Traversal::Single,
-        TraversalArg::Hybrid => Traversal::Hybrid,
-    };
+    let traversal = args.traversal.into();
     let bench = Workbench::new(&scene, precision, preset, args.threads)
         .map_err(|error| Failure::Machine(format!("cannot start the threads: {error}")))?;
     let mut last = None;

@@ -7,7 +7,7 @@ use super::stats::Stats;
 use clap::ValueEnum;
 use octray::film::Film;
 use octray::image_io::{self, Encoding, Format};
-use octray::render::{Engine, Precision, RenderOptions, render};
+use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
 use std::io::Write;
@@ -69,6 +69,9 @@ pub struct TracingArgs {
     /// Who traces
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineArg,
+    /// How rays go through the tree. The picture is the same, bit by bit
+    #[arg(long, value_enum, default_value_t)]
+    pub traversal: TraversalArg,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -91,6 +94,19 @@ pub enum EngineArg {
     Reference,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum TraversalArg {
+    /// By measured switches, as is best for the rays at hand
+    #[default]
+    Auto,
+    /// Groups of eight-ray packets, whatever the rays
+    Packet,
+    /// Each ray by itself against eight boxes
+    Single,
+    /// Packets that fall apart into single rays
+    Hybrid,
+}
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum FormatArg {
     Png,
@@ -99,6 +115,17 @@ enum FormatArg {
     Ppm,
     #[value(alias = "jpeg")]
     Jpg,
+}
+
+impl From<TraversalArg> for Traversal {
+    fn from(traversal: TraversalArg) -> Self {
+        match traversal {
+            TraversalArg::Auto => Self::Auto,
+            TraversalArg::Packet => Self::Packet,
+            TraversalArg::Single => Self::Single,
+            TraversalArg::Hybrid => Self::Hybrid,
+        }
+    }
 }
 
 impl From<PrecisionArg> for Precision {
@@ -118,7 +145,8 @@ impl TracingArgs {
             EngineArg::Reference => Engine::Reference,
         };
         let (threads, precision) = (self.threads, self.precision.into());
-        RenderOptions { width, height, threads, precision, engine, ..RenderOptions::default() }
+        let schedule = Schedule { traversal: self.traversal.into(), ..Schedule::default() };
+        RenderOptions { width, height, threads, precision, engine, schedule, ..RenderOptions::default() }
     }
 }
 

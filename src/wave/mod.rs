@@ -16,7 +16,7 @@ mod sums;
 mod tile;
 mod trace;
 
-pub use crate::bvh::Occupancy;
+pub use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, class};
 use crate::film::{Film, Pixel, RayCounts};
 use crate::kernel::Rays;
@@ -30,35 +30,49 @@ pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 use tile::{Shared, TileArea, TileWorker};
 use trace::{GROUP, Query, Tracer};
 
-/// Edge of a tile in pixels: 1024 camera rays, whose queues stay in a core's second-level cache.
-pub const TILE: usize = 32;
+/// How the work is cut up: it changes times, and not a bit of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Schedule {
+    /// How rays go through the tree.
+    pub traversal: Traversal,
+    /// Edge of a tile in pixels, at least 1.
+    pub tile: usize,
+}
+
+impl Default for Schedule {
+    /// A tile has 1024 camera rays, whose queues stay in a core's second-level cache.
+    fn default() -> Self {
+        Self { traversal: Traversal::default(), tile: 32 }
+    }
+}
 
 /// Renders with the threads of the current pool; `progress` is told the pixels and rays of each finished tile. With
 /// `count` it also counts how many lanes work, which takes some more time.
 pub fn render<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    width: usize,
-    height: usize,
+    (width, height): (usize, usize),
+    schedule: Schedule,
     count: bool,
     progress: &(dyn Fn(usize, &RayCounts) + Sync),
 ) -> (Film, RayCounts, Occupancy) {
     let lights = scene.lights.iter().map(|light| LightProgram::new(light, scene.origin)).collect();
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
+    let tile = schedule.tile.max(1);
     let tiles: Vec<TileArea> = (0..height)
-        .step_by(TILE)
+        .step_by(tile)
         .flat_map(|y| {
-            (0..width).step_by(TILE).map(move |x| TileArea {
+            (0..width).step_by(tile).map(move |x| TileArea {
                 x,
                 y,
-                width: TILE.min(width - x),
-                height: TILE.min(height - y),
+                width: tile.min(width - x),
+                height: tile.min(height - y),
             })
         })
         .collect();
     let done: Vec<(TileArea, Vec<Pixel>, RayCounts, Occupancy)> = tiles
         .into_par_iter()
         .map_init(
-            || TileWorker::<S, B>::new(count),
+            || TileWorker::<S, B>::new(schedule.traversal, count),
             |worker, area| {
                 let (mut pixels, before) = (Vec::new(), worker.occupancy());
                 let counts = worker.render(&shared, area, &mut pixels);

@@ -308,6 +308,10 @@ fn fresnel<L: Lane>(cos: L, ior: L) -> L {
     square.gt(L::zero()).select(f, one)
 }
 
+/// How near a light is as good as on a surface, in roundings of the coordinates involved: a few each for the point, the
+/// way to the light and the crossing.
+const LIGHT_ROUNDINGS: f64 = 32.0;
+
 /// Sends shadow rays for the light `sum` that could arrive from lamp `number`.
 #[inline]
 fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L>, emit: &mut Emit<L>) {
@@ -323,7 +327,10 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
     let queue = &mut emit.shadows[number];
     let feelers = queue.next();
     hit.leave(lamp.incidence.dir, &mut feelers.lines);
-    feelers.t_max = lamp.incidence.distance;
+    // A light that lies on a surface is not behind it.
+    let distance = lamp.incidence.distance;
+    let reach = hit.point.abs().max_element() + distance.abs();
+    feelers.t_max = distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
     feelers.light = light;
     feelers.sink = hit.sink;
     feelers.medium = hit.medium;

@@ -10,7 +10,7 @@ use super::shade::{Emit, shade};
 use super::shadow::ShadowTracer;
 use super::sums::Sums;
 use super::trace::{GROUP, Query, Tracer};
-use crate::bvh::Occupancy;
+use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, class};
 use crate::film::{PacketCounts, Pixel, RayCounts};
 use crate::lane::{Lane, Scalar, Vec3};
@@ -70,9 +70,9 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
-    /// Buffers of a thread that, if asked, counts how many lanes work.
-    pub fn new(count: bool) -> Self {
-        let mut worker = Self::default();
+    /// Buffers of a thread whose rays go through the tree in this way and that, if asked, counts how many lanes work.
+    pub fn new(traversal: Traversal, count: bool) -> Self {
+        let mut worker = Self { tracer: Tracer::with(traversal), ..Self::default() };
         if count {
             worker.tracer.count();
         }

@@ -1,27 +1,59 @@
 //! Pictures whose every pixel has a value that can be written down.
 
-use super::{WAYS, picture, scene};
+use super::table::{Figure, Row};
+use super::{WAYS, picture, povray, scene};
+use octray::film::Film;
 use octray::render::Precision;
 
-/// Every pixel must be `expected`; prints what each way of rendering makes of it. `fast` may be off by as much as is said,
-/// where single precision cannot do better: these bounds may only shrink.
-fn check(name: &str, text: &str, expected: [f64; 3], fast: Option<f64>) {
-    let scene = scene(text);
-    let mut wrong = Vec::new();
-    for (way, engine, precision, bound) in WAYS {
-        let bound = fast.filter(|_| precision == Precision::Fast).unwrap_or(bound);
-        let film = picture(&scene, engine, precision, 1);
-        let errors = film.pixels.iter().flat_map(|pixel| {
-            pixel.rgb.iter().zip(expected).map(|(found, right)| (f64::from(*found) - right).abs())
-        });
-        // A NaN is the largest error.
-        let worst = errors.fold(0.0, |worst: f64, e| if e.is_nan() { f64::INFINITY } else { worst.max(e) });
-        println!("{name:24} {way:8} {worst:.1e} of {bound:.0e}");
-        if worst > bound {
-            wrong.push((way, worst));
-        }
-    }
-    assert!(wrong.is_empty(), "{name}: {wrong:?}, right is {expected:?}");
+/// A scene of one colour.
+struct Picture {
+    name: String,
+    text: String,
+    expected: [f64; 3],
+    /// What `fast` may be off by instead, and why: these bounds may only shrink.
+    fast: Option<(f64, &'static str)>,
+}
+
+/// Errors over this share of light are two different surfaces: another pixel altogether.
+const ANOTHER: f64 = 1.0;
+
+fn case(name: &str, text: &str, expected: [f64; 3], fast: Option<(f64, &'static str)>) -> Picture {
+    Picture { name: name.into(), text: format!("#version 3.7;\n{text}"), expected, fast }
+}
+
+/// The largest error of any pixel; a NaN is the largest of all.
+fn worst(film: &Film, expected: [f64; 3]) -> f64 {
+    let errors = film.pixels.iter().flat_map(|pixel| {
+        pixel.rgb.iter().zip(expected).map(|(found, right)| (f64::from(*found) - right).abs())
+    });
+    errors.fold(0.0, |worst: f64, e| if e.is_nan() { f64::INFINITY } else { worst.max(e) })
+}
+
+/// Every case, rendered in every way.
+pub fn rows() -> Vec<Row> {
+    cases().iter().map(row).collect()
+}
+
+fn row(case: &Picture) -> Row {
+    let scene = scene(&case.text);
+    let figures = WAYS.map(|(way, engine, precision, bound)| {
+        let bound = match case.fast {
+            Some((fast, _)) if precision == Precision::Fast => fast,
+            _ => bound,
+        };
+        let error = worst(&picture(&scene, engine, precision, 1), case.expected);
+        Figure { way, said: format!("{error:.0e}"), bound: format!("{bound:.0e}"), holds: error <= bound }
+    });
+    let povray = povray::picture(&case.text).map(|film| match worst(&film, case.expected) {
+        // Steps of the 16-bit file.
+        small if small < 2e-5 => "< 2e-5".into(),
+        error => format!("{error:.0e}"),
+    });
+    let reason =
+        case.fast.map_or("roundings of f32 and f64, kept in f32 pixels, over tens of operations", |f| f.1);
+    let [r, g, b] = case.expected;
+    let expected = if r == g && g == b { format!("{r:.4}") } else { format!("{r:.4} {g:.4} {b:.4}") };
+    Row { case: case.name.clone(), expected, figures, povray, reason: reason.into() }
 }
 
 /// Light `e` and mirrors of strength `r`, seen through `n` bounces: a geometric series.
@@ -29,86 +61,220 @@ fn series(e: f64, r: f64, n: i32) -> f64 {
     e * (1.0 - r.powi(n)) / (1.0 - r)
 }
 
-/// POV-Ray agrees within the steps of its file.
-#[test]
-fn two_hundred_bounces_between_mirrors_keep_their_energy() {
-    let (e, r) = (0.004, 0.99);
-    check(
-        "200 mirrors",
-        "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 200 adc_bailout 0 }
-         camera { orthographic location 0 direction z right 0.4*x up 0.3*y }
-         #default { pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 0.004 reflection 0.99 } }
-         plane { z, 1 } plane { z, -1 inverse }",
-        [series(e, r, 200); 3],
-        None,
-    );
+const LINEAR: &str = "global_settings { assumed_gamma 1 }\n";
+
+fn cases() -> Vec<Picture> {
+    let mut all = vec![
+        case(
+            "200 bounces between mirrors",
+            "global_settings { assumed_gamma 1 max_trace_level 200 adc_bailout 0 }
+             camera { orthographic location 0 direction z right 0.4*x up 0.3*y }
+             #default { pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 0.004 reflection 0.99 } }
+             plane { z, 1 } plane { z, -1 inverse }",
+            [series(0.004, 0.99, 200); 3],
+            None,
+        ),
+        case(
+            "furnace: all surfaces glow and mirror alike",
+            "global_settings { assumed_gamma 1 max_trace_level 20 adc_bailout 0 }
+             camera { location <0.3, 0.2, -4> look_at 0 right x*4/3 }
+             #default { pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 0.05 reflection rgb <0.5, 0.7, 0.9> } }
+             sphere { 0, 9 } torus { 1.2, 0.3 rotate <50, 20, 0> } box { <-2, -2, 1>, <-1, -1, 2> rotate 30*y }
+             cone { <1, -1, 0>, 0.6, <1.5, 1, 0.5>, 0 } cylinder { <-1.5, 1, 0>, <-0.5, 1.6, 0.4>, 0.3 }
+             difference { sphere { <0, 0, 2>, 1 } sphere { <0, 0.3, 1.2>, 0.8 } }",
+            [0.5, 0.7, 0.9].map(|r| series(0.05, r, 20)),
+            None,
+        ),
+        case(
+            // A ramp of brightness along x, 1 a unit, from x = 0.25, 4 units of z at a slope of 3/4: a turn of the ray by
+            // 1e-6 would show.
+            "window 1e-6 thick turns no ray",
+            "global_settings { assumed_gamma 1 }
+             camera { orthographic location <0.25, 0, -3> direction <0.6, 0, 0.8> right 1e-7*x up 1e-7*y }
+             box { <-20, -20, 0>, <20, 20, 1e-6> pigment { rgbt 1 } finish { ambient 0 diffuse 0 } interior { ior 1.5 } }
+             plane { -z, -1
+               pigment { gradient x color_map { [0 rgb 0] [1 rgb 1] } scale 8 }
+               finish { ambient 1 diffuse 0 } }",
+            [3.25 / 8.0; 3],
+            Some((0.04, "f32 moves the bent ray off the face by more than the window is thick: it stays in the glass")),
+        ),
+        case(
+            "planet: eye 1.7 above radius 6.4e6",
+            "global_settings { assumed_gamma 1 }
+             camera { orthographic location <0, 1.7, 0> direction -y right 0.1*x up 0.1*z }
+             light_source { <0, 1e9, 0>, rgb 1 }
+             sphere { <0, -6.4e6, 0>, 6.4e6 pigment { rgb 1 } finish { ambient 0 diffuse 0.75 } }",
+            [0.75; 3],
+            None,
+        ),
+    ];
+    slabs(&mut all);
+    refraction(&mut all);
+    lights(&mut all);
+    composites(&mut all);
+    all
 }
 
-/// Whatever stands in it and wherever rays go: all surfaces glow and mirror alike.
-#[test]
-fn a_furnace_is_everywhere_as_bright() {
-    let rgb = [0.5, 0.7, 0.9].map(|r| series(0.05, r, 20));
-    check(
-        "furnace",
-        "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 20 adc_bailout 0 }
-         camera { location <0.3, 0.2, -4> look_at 0 right x*4/3 }
-         #default { pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 0.05 reflection rgb <0.5, 0.7, 0.9> } }
-         sphere { 0, 9 } torus { 1.2, 0.3 rotate <50, 20, 0> } box { <-2, -2, 1>, <-1, -1, 2> rotate 30*y }
-         cone { <1, -1, 0>, 0.6, <1.5, 1, 0.5>, 0 } cylinder { <-1.5, 1, 0>, <-0.5, 1.6, 0.4>, 0.3 }
-         difference { sphere { <0, 0, 2>, 1 } sphere { <0, 0.3, 1.2>, 0.8 } }",
-        rgb,
-        None,
-    );
-}
-
-/// A parallel window shifts rays by a share of its thickness and turns none.
-#[test]
-fn light_through_a_window_a_millionth_thick_keeps_its_direction() {
-    // A ramp of brightness along x, 1 a unit: a turn of the ray by 1e-6 would show.
-    check(
-        "thin window",
-        "#version 3.7; global_settings { assumed_gamma 1 }
-         camera { orthographic location <0.25, 0, -3> direction <0.6, 0, 0.8> right 1e-7*x up 1e-7*y }
-         box { <-20, -20, 0>, <20, 20, 1e-6> pigment { rgbt 1 } finish { ambient 0 diffuse 0 } interior { ior 1.5 } }
-         plane { -z, -1
-           pigment { gradient x color_map { [0 rgb 0] [1 rgb 1] } scale 8 }
-           finish { ambient 1 diffuse 0 } }",
-        // From x = 0.25, 4 units of z at a slope of 3/4.
-        [3.25 / 8.0; 3],
-        // The start of the bent ray is moved off the surface by more than the window is thick: it never leaves the glass.
-        Some(0.04),
-    );
-}
-
-/// The slab's gap and thickness are under POV-Ray's tolerances: it lets the light through.
-#[test]
-fn the_thinnest_slab_throws_a_shadow() {
-    // In single precision, 1 from the origin, slabs nearer or thinner than some 1e-6 are one with the floor.
-    let lost = Some(1.0);
+/// A slab over a floor, whose gap and thickness are under POV-Ray's tolerances.
+fn slabs(all: &mut Vec<Picture>) {
+    let lost = Some((
+        ANOTHER,
+        "f32, 1 from the origin: slabs nearer or thinner than some 1e-6 are one with the floor",
+    ));
     for (gap, thick, fast) in
         [(0.0, 1e-6, lost), (1e-12, 1e-9, lost), (1e-9, 1e-12, lost), (1e-6, 1e-3, None), (1e-3, 1e-6, None)]
     {
         let text = format!(
-            "#version 3.7; global_settings {{ assumed_gamma 1 }}
-             camera {{ orthographic location <0, -0.5, 0> direction -y right 0.1*x up 0.1*z }}
+            "{LINEAR} camera {{ orthographic location <0, -0.5, 0> direction -y right 0.1*x up 0.1*z }}
              light_source {{ <0, 50, 0>, rgb 1 }}
              plane {{ y, -1 pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 1 }} }}
              box {{ <-5, {gap:e} - 1, -5>, <5, {gap:e} + {thick:e} - 1, 5> pigment {{ rgb 1 }} no_image }}"
         );
-        check(&format!("slab {gap:.0e} {thick:.0e}"), &text, [0.0; 3], fast);
+        all.push(case(
+            &format!("shadow of a slab {thick:.0e} thick, {gap:.0e} above"),
+            &text,
+            [0.0; 3],
+            fast,
+        ));
     }
 }
 
-/// The foot is 1.7 under the eye, 6.4e6 from the centre.
-#[test]
-fn a_planet_under_the_feet_is_a_floor() {
-    check(
-        "planet",
-        "#version 3.7; global_settings { assumed_gamma 1 }
-         camera { orthographic location <0, 1.7, 0> direction -y right 0.1*x up 0.1*z }
-         light_source { <0, 1e9, 0>, rgb 1 }
-         sphere { <0, -6.4e6, 0>, 6.4e6 pigment { rgb 1 } finish { ambient 0 diffuse 0.75 } }",
-        [0.75; 3],
+/// Rays in glass around the critical angle: what leaves sees the sky, what is thrown back the wall.
+fn refraction(all: &mut Vec<Picture>) {
+    let (sky, wall) = ([0.25, 0.5, 0.75], [1.0, 0.5, 0.25]);
+    let undecided = Some((
+        ANOTHER,
+        "1 - sin² of the angle is rounded to 6e-8 in f32: within 4e-4 of the angle either may come out",
+    ));
+    let start = |angle: &str| {
+        format!(
+            "{LINEAR} #declare A = {angle};
+             camera {{ orthographic location 0 direction <cos(A), 0, sin(A)> right 1e-9*x up 1e-9*y }}
+             background {{ rgb <0.25, 0.5, 0.75> }}
+             #default {{ pigment {{ rgbt 1 }} finish {{ ambient 0 diffuse 0 }} }}
+             plane {{ x, -5 pigment {{ rgb <1, 0.5, 0.25> }} finish {{ emission 1 }} }}\n"
+        )
+    };
+    let glass = "box { <-60, -50, -50>, <1, 50, 60> interior { ior 1.5 } }";
+    for (side, seen) in [("-", sky), ("+", wall)] {
+        let text = start(&format!("asin(1/1.5)*(1 {side} 1e-9)")) + glass;
+        all.push(case(&format!("critical angle times 1 {side} 1e-9"), &text, seen, undecided));
+        let text = start(&format!("asin(1.33/1.5)*(1 {side} 1e-9)"))
+            + "box { <-70, -60, -60>, <3, 60, 70> interior { ior 1.33 } }"
+            + glass;
+        all.push(case(&format!("the same of glass in water, 1 {side} 1e-9"), &text, seen, undecided));
+    }
+    for (x, seen, what) in
+        [(30, sky, "leaves the second by its end"), (3, wall, "is thrown back in the second")]
+    {
+        // The first is left while in the second, entered later: that bends nothing, at whatever angle.
+        let text = start("radians(80)")
+            + glass
+            + &format!("box {{ <-70, -60, -60>, <{x}, 60, 70> interior {{ ior 1.33 }} }}");
+        all.push(case(&format!("overlapping glasses: leaves the first at 80°, {what}"), &text, seen, None));
+    }
+}
+
+/// Lights on and in surfaces, and shading normals that disagree with the surface.
+fn lights(all: &mut Vec<Picture>) {
+    let floor = "plane { y, -2 pigment { rgb 1 } finish { ambient 0 diffuse 0.8 } }";
+    let down = |x: f64| {
+        format!(
+            "{LINEAR} #default {{ finish {{ ambient 0 }} }}
+             camera {{ orthographic location <{x}, -1.5, 0> direction -y right 1e-4*x up 1e-4*z }}\n"
+        )
+    };
+    for (name, x, light, rest, expected) in [
+        ("light in an opaque ball", 3.0, "<0, 0, 0>", "sphere { 0, 1 pigment { rgb 1 } }", 0.0),
+        (
+            "light on a ball's surface, ball behind it",
+            0.0,
+            "<0, -1, 0>",
+            "sphere { 0, 1 pigment { rgb 1 } }",
+            0.8,
+        ),
+        ("light on a box's face, box behind it", 0.0, "<0, -1, 0>", "box { -1, 1 pigment { rgb 1 } }", 0.8),
+        ("light on the floor itself", 1.0, "<0, -2, 0>", "", 0.0),
+        ("light in the plane of a disc", 0.0, "<0, -1, 0>", "disc { -y, y, 1 pigment { rgb 1 } }", 0.8),
+    ] {
+        let text = down(x) + &format!("light_source {{ {light}, rgb 1 }} {floor} {rest}");
+        all.push(case(name, &text, [expected; 3], None));
+    }
+    // 10 degrees under the face, 50 from the normal it is shaded by.
+    all.push(case(
+        "light under a face, before its shading normal",
+        &format!(
+            "{LINEAR} camera {{ orthographic location <0, 1, 0> direction -y right 1e-3*x up 1e-3*z }}
+             #declare A = radians(-10);
+             light_source {{ 100*<cos(A), sin(A), 0>, rgb 1 parallel point_at 0 }}
+             #declare N = <cos(radians(40)), sin(radians(40)), 0>;
+             smooth_triangle {{ <-1, 0, -1>, N, <1, 0, -1>, N, <0, 0, 2>, N
+               pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0.5 }} }}"
+        ),
+        [0.5 * 50f64.to_radians().cos(); 3],
         None,
+    ));
+    // The other faces are in the light's way: the terminator follows the faces, not the normals.
+    all.push(case(
+        "terminator of a coarse smooth mesh",
+        &format!(
+            "{LINEAR} light_source {{ 100*<0.9, 0.3, 0.3>, rgb 1 parallel point_at 0 }}
+             camera {{ orthographic location <-1.1, 1.8, 1.1> direction <1, -1, -1> right 1e-3*x up 1e-3*z }}
+             mesh {{
+               #for (I, -1, 1, 2) #for (J, -1, 1, 2) #for (K, -1, 1, 2)
+                 smooth_triangle {{ I*x, I*x, J*y, J*y, K*z, K*z }}
+               #end #end #end
+               pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 1 }} }}"
+        ),
+        [0.0; 3],
+        None,
+    ));
+}
+
+/// Faces that coincide.
+fn composites(all: &mut Vec<Picture>) {
+    let window = format!(
+        "{LINEAR} camera {{ orthographic location -3*z direction z right 0.4*x up 0.3*y }}
+         background {{ rgb 0.25 }} #default {{ pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0 emission 0.5 }} }}\n"
     );
+    for (name, body, expected) in [
+        ("intersection of a ball with itself", "intersection { sphere { 0, 1 } sphere { 0, 1 } }", 0.5),
+        ("difference of a ball and itself", "difference { sphere { 0, 1 } sphere { 0, 1 } }", 0.25),
+        (
+            "difference of a box and one flush with it",
+            "difference { box { -1, 1 } box { <-1, -1, -1>, <1, 1, 1> } }",
+            0.25,
+        ),
+        (
+            "intersection of a ball and its inverse",
+            "intersection { sphere { 0, 1 } sphere { 0, 1 inverse } }",
+            0.25,
+        ),
+        (
+            "lens 1e-7 thick",
+            "intersection { sphere { <0, 0, 1 - 0.5e-7>, 1 } sphere { <0, 0, -1 + 0.5e-7>, 1 } scale <1e4, 1e4, 1> }",
+            0.5,
+        ),
+    ] {
+        let text = window.clone() + body;
+        all.push(case(name, &text, [expected; 3], None));
+    }
+    // A column of pixels whose light comes along the shared face, exactly.
+    for (name, boxes) in [
+        (
+            "shadow under a face that two boxes share",
+            "box { <-2, 0, -2>, <0, 1, 2> } box { <0, 0, -2>, <2, 1, 2> }",
+        ),
+        (
+            "shadow under an edge that two boxes share",
+            "box { <-2, 0, -2>, <0, 1, 2> } box { <0, 1, -2>, <2, 2, 2> }",
+        ),
+    ] {
+        let text = format!(
+            "{LINEAR} camera {{ orthographic location <-0.0015625, -0.25, 0> direction -y right 0.1*x up 0.1*z }}
+             light_source {{ <0, 10, 0>, rgb 1 }} #default {{ pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 1 }} }}
+             plane {{ y, -0.5 }} {boxes}"
+        );
+        all.push(case(name, &text, [0.0; 3], None));
+    }
 }

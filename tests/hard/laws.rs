@@ -1,9 +1,9 @@
 //! Laws that hold for any scene, tried on random ones; a scene that breaks one is shrunk to the smallest seed.
 
-use super::{differences, picture, scene};
+use super::{HEIGHT, WIDTH, differences, picture, scene};
 use glam::DVec3;
 use octray::compile::Compiled;
-use octray::render::{Engine, Precision};
+use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Object, Scene, Transform};
 use octray::{random, wave};
 use proptest::prelude::*;
@@ -22,6 +22,40 @@ const REORDERED: f64 = 1e-6;
 /// Pixels of 768 that may hang on a tie.
 const TIES: usize = 3;
 
+/// A visible step of an 8-bit picture.
+const VISIBLE: f64 = 1.0 / 255.0;
+/// Pixels of 768 that single precision may change visibly; may only shrink.
+const SEEN: usize = 40;
+
+/// A room turned as a whole, with `Ramp`, a ramp of light along its x, 1 in 100 units; the eye
+/// 3 before its middle looks `angle` to the side.
+fn in_a_turned_room(turn: [f64; 3], angle: f64, levels: u32, room: &str) -> String {
+    let [x, y, z] = turn;
+    let levels = if levels == 0 { 5 } else { levels };
+    format!(
+        "#version 3.7; global_settings {{ assumed_gamma 1 max_trace_level {levels} adc_bailout 0 }}
+         #declare Turn = transform {{ rotate <{x:e}, {y:e}, {z:e}> }}
+         camera {{ orthographic location -3*z direction <sin({angle:e}), 0, cos({angle:e})> right 1e-9*x up 1e-9*y
+           transform Turn }}
+         #declare Ramp = texture {{
+           pigment {{ gradient x color_map {{ [0 rgb 0] [1 rgb 1] }} scale 100 translate -50*x }}
+           finish {{ ambient 0 diffuse 0 emission 1 }} }}
+         union {{ {room} transform Turn }}"
+    )
+}
+
+/// One brightness all over, in every way of rendering.
+fn in_every_way(text: &str, right: f64) -> Result<(), TestCaseError> {
+    let scene = scene(text);
+    for (way, engine, precision, bound) in super::WAYS {
+        let film = picture(&scene, engine, precision, 1);
+        let errors = film.pixels.iter().map(|p| (f64::from(p.rgb[0]) - right).abs());
+        let worst = errors.fold(0.0, |w: f64, e| if e.is_nan() { f64::INFINITY } else { w.max(e) });
+        prop_assert!(worst <= bound, "{way}: off by {worst:.1e}, right is {right}");
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -36,6 +70,18 @@ proptest! {
     }
 
     #[test]
+    fn tiles_and_walks_change_no_byte(seed in 0u64..1_000_000, tile in 1usize..70) {
+        let scene = random_scene(seed);
+        let usual = picture(&scene, Engine::Packets, Precision::Exact, 1);
+        for traversal in [Traversal::Auto, Traversal::Packet, Traversal::Single, Traversal::Hybrid] {
+            let schedule = Schedule { traversal, tile };
+            let options = RenderOptions { width: WIDTH, height: HEIGHT, threads: 1, schedule, ..Default::default() };
+            let film = render(&scene, &options, &|_| {}).unwrap().0;
+            prop_assert!(bytes(&film) == bytes(&usual), "{traversal:?}, tiles of {tile}");
+        }
+    }
+
+    #[test]
     fn the_order_of_objects_and_lights_does_not_matter(seed in 0u64..1_000_000) {
         let scene = random_scene(seed);
         let mut turned = scene.clone();
@@ -46,6 +92,63 @@ proptest! {
         let second = picture(&turned, Engine::Packets, Precision::Exact, 1);
         let over = differences(&second, &first).iter().filter(|d| !(**d <= REORDERED)).count();
         prop_assert!(over <= TIES, "{over} pixels");
+    }
+
+    /// In order and out of it: the same rays meet the same surfaces, and light is summed alike.
+    #[test]
+    fn the_order_of_objects_changes_no_byte(seed in 0u64..1_000_000) {
+        let scene = random_scene(seed);
+        let mut turned = scene.clone();
+        turned.objects.reverse();
+        let first = picture(&scene, Engine::Packets, Precision::Exact, 1);
+        let second = picture(&turned, Engine::Packets, Precision::Exact, 1);
+        prop_assert!(bytes(&first) == bytes(&second));
+    }
+
+    /// Single precision loses and wins pixels at outlines and takes other turns where a bounce is ill-conditioned.
+    #[test]
+    fn fast_stays_near_exact(seed in 0u64..1_000_000) {
+        let scene = random_scene(seed);
+        let fast = picture(&scene, Engine::Packets, Precision::Fast, 1);
+        let exact = picture(&scene, Engine::Packets, Precision::Exact, 1);
+        let over = differences(&fast, &exact).iter().filter(|d| !(**d <= VISIBLE)).count();
+        prop_assert!(over <= SEEN, "{over} pixels");
+    }
+
+    /// Through a window of any glass and thickness a ray goes on in its old direction, moved aside by what Snell's law
+    /// says: a ramp of light behind it shows by how much.
+    #[test]
+    fn refraction_in_and_out_restores_the_direction(
+        ior in 1.01..2.5f64,
+        angle in 0.0..1.4f64,
+        thickness in 0.01..2.0f64,
+        turn in prop::array::uniform3(-180.0..180.0f64),
+    ) {
+        let text = in_a_turned_room(turn, angle, 0, &format!(
+            "box {{ <-90, -90, 0>, <90, 90, {thickness:e}> pigment {{ rgbt 1 }} finish {{ ambient 0 diffuse 0 }} interior {{ ior {ior:e} }} }}
+             plane {{ -z, -5 texture {{ Ramp }} }}"
+        ));
+        let within = (angle.sin() / ior).asin();
+        let x = (8.0 - thickness) * angle.tan() + thickness * within.tan();
+        in_every_way(&text, (x + 50.0) / 100.0)?;
+    }
+
+    /// Between two parallel mirrors every second ray has the first one's direction.
+    #[test]
+    fn reflection_twice_restores_the_direction(
+        // The ramp ends 50 units out, which the third mirror point reaches at 1.26.
+        angle in 0.0..1.25f64,
+        share in 0.1..0.9f64,
+        turn in prop::array::uniform3(-180.0..180.0f64),
+    ) {
+        let text = in_a_turned_room(turn, angle, 3, &format!(
+            "plane {{ z, 1 inverse texture {{ Ramp finish {{ emission 1 reflection {share:e} }} }} }}
+             plane {{ z, -5 texture {{ Ramp finish {{ emission 1 reflection {share:e} }} }} }}"
+        ));
+        // From z = -3: down 4 to the first mirror, then 6 each time.
+        let x = [4.0, 10.0, 16.0].map(|down| down * angle.tan());
+        let seen = (0..3).map(|k| share.powi(k) * (x[k as usize] + 50.0) / 100.0).sum();
+        in_every_way(&text, seen)?;
     }
 
     /// Boxes in single precision are padded: they must not lose a hit.

@@ -3,8 +3,20 @@
 //! Kernels are held against double-double in `tests/kernels`; here whole pictures are, against closed forms.
 
 mod closed_forms;
+#[path = "../kernels/dd.rs"]
+mod dd;
 mod laws;
 mod literals;
+#[path = "../kernels/oracle.rs"]
+#[allow(dead_code, reason = "the kernels' tests ask it more")]
+mod oracle;
+mod povray;
+mod rays;
+mod scripts;
+#[path = "../kernels/support.rs"]
+#[allow(dead_code, reason = "the kernels' tests need more")]
+mod support;
+mod table;
 
 use octray::eval;
 use octray::film::Film;
@@ -55,4 +67,23 @@ pub fn differences(a: &Film, b: &Film) -> Vec<f64> {
             .fold(0.0, |worst: f64, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) })
     };
     a.pixels.iter().zip(&b.pixels).map(apart).collect()
+}
+
+/// Every case within its bounds, and every case in the table that stands in `docs`.
+#[test]
+fn hard_cases_hold() {
+    let (pictures, rays, scripts) = (closed_forms::rows(), rays::rows(), scripts::rows());
+    let parts = [&pictures, &rays, &scripts].map(|rows| table::lines(rows));
+    println!("{}", parts.join("\n"));
+    if let Some(path) = std::env::var_os("OCTRAY_HARD_TABLE") {
+        std::fs::write(path, table::document(&parts)).unwrap();
+    }
+    let all = || pictures.iter().chain(&rays).chain(&scripts);
+    let broken: Vec<_> =
+        [&pictures, &rays, &scripts].into_iter().flat_map(|rows| table::broken(rows)).collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    let standing = std::fs::read_to_string(table::DOCUMENT).unwrap_or_default();
+    let missing: Vec<_> =
+        all().filter(|row| !standing.contains(&format!("| {} |", row.case))).map(|row| &row.case).collect();
+    assert!(missing.is_empty(), "{} is older than these cases: {missing:?}", table::DOCUMENT);
 }

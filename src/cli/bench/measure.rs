@@ -5,11 +5,11 @@ use crate::cli::Failure;
 use crate::cli::crosscheck::povray::PovRay;
 use crate::cli::crosscheck::{as_povray_writes, median};
 use crate::cli::scene::load;
-use octray::bvh::{Preset, Traversal};
+use octray::bvh::Preset;
 use octray::compare::{AMPLIFY, Comparison, compare, strip};
 use octray::film::Film;
 use octray::image_io::{Encoding, encode};
-use octray::render::{Engine, Precision, RayCounts, RenderOptions, render};
+use octray::render::{Engine, Precision, RayCounts, RenderOptions, Schedule, Traversal, render};
 use octray::scene::Scene;
 use octray::workbench::{CameraRays, Workbench};
 use serde::Serialize;
@@ -20,7 +20,7 @@ use std::path::Path;
 pub struct Measured {
     /// The file's stem.
     pub scene: String,
-    /// Fast, exact, strict; the oracle and POV-Ray where there are.
+    /// Fast, exact, strict, `exact` ray by ray; the oracle and POV-Ray where there are.
     pub modes: Vec<Mode>,
     /// Mrays/s of camera rays alone, `exact`, as packets and one by one.
     pub camera_packets: f64,
@@ -79,8 +79,13 @@ impl Quantiles {
     }
 }
 
-const PRECISIONS: [(&str, Precision); 3] =
-    [("fast", Precision::Fast), ("exact", Precision::Exact), ("strict", Precision::Strict)];
+/// What is timed in rounds: the precisions, and `exact` with every ray walking the tree by itself.
+const WAYS: [(&str, Precision, Traversal); 4] = [
+    ("fast", Precision::Fast, Traversal::Auto),
+    ("exact", Precision::Exact, Traversal::Auto),
+    ("strict", Precision::Strict, Traversal::Auto),
+    ("single", Precision::Exact, Traversal::Single),
+];
 
 /// Side of the square of camera rays that are traced as packets and one by one: a multiple of 8.
 const CAMERA_SIDE: usize = 256;
@@ -89,22 +94,23 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
     let size = (args.width as usize, args.height as usize);
     let scene = load(path, &args.scene_args, size, true)?;
     let machine = |error: &dyn std::fmt::Display| Failure::Machine(format!("{}: {error}", path.display()));
-    let options = |precision, engine| RenderOptions {
+    let options = |precision, traversal| RenderOptions {
         width: size.0,
         height: size.1,
         threads: args.threads,
         precision,
-        engine,
+        engine: Engine::Packets,
+        schedule: Schedule { traversal, ..Schedule::default() },
         ..RenderOptions::default()
     };
 
-    let mut times = [const { Vec::new() }; 3];
-    let mut films: [Option<(Film, RayCounts)>; 3] = [None, None, None];
+    let mut times = [const { Vec::new() }; 4];
+    let mut films: [Option<(Film, RayCounts)>; 4] = [None, None, None, None];
     let (mut povray_times, mut povray_film) = (Vec::new(), None);
     for _ in 0..args.rounds {
-        for (k, (_, precision)) in PRECISIONS.iter().enumerate() {
+        for (k, (_, precision, traversal)) in WAYS.into_iter().enumerate() {
             let (film, stats) =
-                render(&scene, &options(*precision, Engine::Packets), &|_| ()).map_err(|e| machine(&e))?;
+                render(&scene, &options(precision, traversal), &|_| ()).map_err(|e| machine(&e))?;
             times[k].push(stats.trace_s);
             films[k] = Some((film, stats.rays));
         }
@@ -118,7 +124,7 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
     }
     let oracle = oracle(&scene, args).map_err(|e| machine(&e))?;
 
-    let [fast, exact, strict] = films.map(|film| film.expect("there is at least one round"));
+    let [fast, exact, strict, single] = films.map(|film| film.expect("there is at least one round"));
     let rays = exact.1;
     let hits = camera_hits(&scene, args).map_err(|e| machine(&e))?;
     let mut modes = Vec::new();
@@ -138,10 +144,11 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
     };
     let [fast_hits, exact_hits] = hits;
     let told = |error: String| machine(&error);
-    let [fast_s, exact_s, strict_s] = times.map(median);
+    let [fast_s, exact_s, strict_s, single_s] = times.map(median);
     add("fast", fast_s, &fast.0, &fast.1, Some(fast_hits)).map_err(told)?;
     add("exact", exact_s, &exact.0, &exact.1, Some(exact_hits)).map_err(told)?;
     add("strict", strict_s, &strict.0, &strict.1, None).map_err(told)?;
+    add("single", single_s, &single.0, &single.1, None).map_err(told)?;
     if let Some((film, counts, trace_s)) = &oracle {
         add("oracle", *trace_s, film, counts, None).map_err(told)?;
     }

@@ -17,7 +17,7 @@ pub fn page(run: &Run, plot: &str) -> String {
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>octray: speed against error</title>\
          <style>{STYLE}</style></head><body>\n<h1>Speed against error</h1>\n<p>{}.</p>\n{plot}\n<p class=\"note\">A \
-         colour is a scene; f, e and s are octray's fast, exact and strict, o its oracle, POV is POV-Ray, whose speed \
+         colour is a scene; f, e and s are octray's fast, exact and strict, 1 is exact with every ray walking the tree by itself, o the oracle, POV is POV-Ray, whose speed \
          is octray's number of rays over POV-Ray's time. Further right is faster, further down is nearer to strict; \
          the bottom line stands for no difference at all.</p>\n<h2>By scene and mode</h2>\n<p class=\"note\">Seconds \
          of tracing alone. Errors of pictures against strict, in linear light; <em>t</em>: relative error of the \

@@ -26,6 +26,7 @@ fn letter(mode: &str) -> &'static str {
         "fast" => "f",
         "exact" => "e",
         "strict" => "s",
+        "single" => "1",
         "oracle" => "o",
         _ => "POV",
     }

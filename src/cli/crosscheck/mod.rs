@@ -5,7 +5,7 @@
 //! either spends on reading, building and writing is left out.
 //!
 //! Each scene gets a verdict. Where POV-Ray's own picture comes from one of its artefacts, the verdict names it: from the
-//! list in `artefacts.json`, or because POV-Ray contradicts itself in another unit of length (see [`random`]).
+//! list in `artefacts.json`, or because POV-Ray contradicts itself when asked in other words that mean the same (see [`random`]).
 
 mod artefacts;
 pub mod povray;
