@@ -7,6 +7,9 @@ use crate::scene::{Fog, GroundFog, Pigment, Rainbow, SkySphere};
 use glam::DVec3;
 use std::sync::Arc;
 
+/// Bytes of a part of the air, about; for the memory limit.
+const AIR_BYTES: usize = 400;
+
 /// What a fog's words have said so far.
 struct FogDraft {
     fog: Fog,
@@ -21,6 +24,7 @@ impl Machine<'_> {
             return Ok(false);
         }
         self.next()?;
+        self.charge(AIR_BYTES)?;
         let lacks = self.lack(word.text(), at);
         let mut told = lacks;
         match word {
@@ -157,6 +161,7 @@ impl Machine<'_> {
         let sky = self.block("sky_sphere", named, With::new(SkySphere::default()), |m, sky, word| {
             if word == Keyword::Pigment {
                 m.next()?;
+                m.charge(AIR_BYTES)?;
                 let mut pigment = With::new(Pigment::default());
                 m.pigment(&mut pigment)?;
                 sky.lacks.add(&pigment.lacks);

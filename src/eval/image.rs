@@ -121,6 +121,7 @@ impl Machine<'_> {
                     self.comma()?;
                     let mut shares = [0.0; 2];
                     shares[slot] = self.finite()?;
+                    self.charge(std::mem::size_of::<(u32, f64, f64)>())?;
                     image.by_index.push((index, shares[0], shares[1]));
                 }
             }

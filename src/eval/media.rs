@@ -57,6 +57,7 @@ impl Machine<'_> {
             K::Density => {
                 self.next()?;
                 let density = self.density()?;
+                self.charge(std::mem::size_of::<Pigment>())?;
                 base.lacks.add(&density.lacks);
                 media.densities.push(density.value);
             }

@@ -129,6 +129,7 @@ impl Machine<'_> {
             };
             self.comma()?;
             let item = self.deeper(|m| S::body(m))?;
+            self.charge(ENTRY_BYTES)?;
             map.lacks.add(&item.lacks);
             map.value.push((place, item.value));
             self.expect(Mark::CloseBracket)?;
@@ -202,6 +203,7 @@ impl Machine<'_> {
             let place = self.finite()?;
             self.comma()?;
             let [height, slope] = self.pair("a height and a slope")?;
+            self.charge(std::mem::size_of::<[f64; 3]>())?;
             map.push([place, height, slope]);
             self.expect(Mark::CloseBracket)?;
             self.comma()?;

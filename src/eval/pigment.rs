@@ -246,6 +246,8 @@ impl Machine<'_> {
         while self.accept(Mark::OpenBracket)? {
             let place = self.finite()?;
             self.comma()?;
+            // An entry of the old form is two.
+            self.charge(2 * std::mem::size_of::<(f64, Color)>())?;
             if self.starts_color()? {
                 map.entries.push((place, self.color()?));
             } else if let Some(next_place) = self.optional_float()? {

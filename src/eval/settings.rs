@@ -184,7 +184,9 @@ impl Machine<'_> {
                     K::Radius => {
                         m.next()?;
                         photons.radius.clear();
-                        while let Some(value) = m.optional_float()? {
+                        while photons.radius.len() < 4
+                            && let Some(value) = m.optional_float()?
+                        {
                             photons.radius.push(value);
                             m.comma()?;
                         }

@@ -235,6 +235,7 @@ impl Machine<'_> {
         while let Token::Word(Keyword::Texture) = self.peek()? {
             self.next()?;
             let texture = self.texture()?;
+            self.charge(std::mem::size_of::<Texture>())?;
             lacks.add(&texture.lacks);
             list.push(texture.value);
             self.comma()?;
