@@ -62,8 +62,11 @@ pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8) -> [Pair; 2] {
     }
     let a = y.sqrt();
     let sum = p + y; // b1 + b2
-    // b2 - b1, from the factors' product at s^1, or, where a may vanish (c < 0), from b1 b2 = c without cancelling.
-    let difference = c.lt(zero).select((sum * sum - c * f64x8::lit(4.0)).sqrt().copysign(q), q / a);
+    // b2 - b1, from b1 b2 = c where that does not cancel, else from the factors' product at s^1. The latter divides by a,
+    // which vanishes with q: across the plane of a ring, where only the former tells a thin tube's hit from a miss.
+    let squared = sum * sum - c * f64x8::lit(4.0);
+    let apart = squared.ge(sum * sum * half);
+    let difference = apart.select(squared.sqrt().copysign(q), q / a);
     let quarter = y * f64x8::lit(0.25);
     [
         Pair { middle: -(a * half), square: quarter - (sum - difference) * half },
@@ -124,6 +127,21 @@ mod tests {
             for (expected, found) in expected.iter().zip(found.as_flattened()) {
                 // A gap of g between roots divides the rounding of the coefficients: 1e-15 / 1e-6.
                 assert!((expected - found).abs() < 1e-8, "{expected} {found} of {roots:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_linear_term_of_almost_nothing_changes_nothing() {
+        // s^4 + p s^2 + q s + c with p = 4 and a small c: the pair near 0 has the square -c / p, to c's own digits.
+        for q in [0.0, 1e-12, 1e-17, 8e-22, -8e-22, 1e-30, 5e-324] {
+            for c in [1.4e-10, -1.4e-10] {
+                let pairs = quartic(f64x8::lit(4.0), f64x8::lit(q), f64x8::lit(c));
+                let squares = pairs.map(|pair| pair.square.to_array()[0]);
+                let near = squares[0].max(squares[1]);
+                // Cancelled from numbers of the order of 4, and off by (q / p)^2 / 4.
+                assert!((near + c / 4.0).abs() < 4e-15, "{squares:?} for {q:e} {c:e}");
+                assert!((squares[0].min(squares[1]) + 4.0).abs() < 1e-9, "{squares:?}");
             }
         }
     }
