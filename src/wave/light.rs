@@ -31,6 +31,29 @@ pub struct LightProgram {
 }
 
 impl LightProgram {
+    /// All lights of a scene for points relative to `origin`, in an order that does not depend on theirs: light is summed
+    /// in that order, and so the picture has the same bytes however they are declared.
+    pub fn all(lights: &[Light], origin: DVec3) -> Vec<Self> {
+        let mut all: Vec<Self> = lights.iter().map(|light| Self::new(light, origin)).collect();
+        all.sort_by_cached_key(Self::key);
+        all
+    }
+
+    /// What tells lights apart, as bits: any order will do.
+    fn key(&self) -> Vec<u64> {
+        let (kind, [radius, falloff, tightness]) = match self.kind {
+            LightKind::Point => (0, [0.0; 3]),
+            LightKind::Spot { radius, falloff, tightness } => (1, [radius, falloff, tightness]),
+            LightKind::Cylinder { radius, falloff, tightness } => (2, [radius, falloff, tightness]),
+        };
+        let (distance, power) = self.fade.unwrap_or_default();
+        let numbers = [self.location, self.color, self.point_at, self.axis].map(|v| v.to_array());
+        let switches =
+            [kind, u64::from(self.parallel), u64::from(self.shadowless), u64::from(self.fade.is_some())];
+        let shape = [radius, falloff, tightness, distance, power];
+        numbers.as_flattened().iter().chain(&shape).map(|x| x.to_bits()).chain(switches).collect()
+    }
+
     /// `light` for points relative to `origin`.
     pub fn new(light: &Light, origin: DVec3) -> Self {
         Self {

@@ -55,7 +55,7 @@ pub fn render<S: Scalar, B: Scalar>(
     count: bool,
     progress: &(dyn Fn(usize, &RayCounts) + Sync),
 ) -> (Film, RayCounts, Occupancy) {
-    let lights = scene.lights.iter().map(|light| LightProgram::new(light, scene.origin)).collect();
+    let lights = LightProgram::all(&scene.lights, scene.origin);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let tile = schedule.tile.max(1);
     let tiles: Vec<TileArea> = (0..height)

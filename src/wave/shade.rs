@@ -338,6 +338,9 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
     queue.push();
 }
 
+/// POV-Ray's bound for a surface that bends nothing: a ratio of indices this near to 1.
+const UNBENT: f64 = 1e-10;
+
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
 /// of the last kind, which the film of the `top` layer tints.
 fn transmit<S: Scalar, B: Scalar>(
@@ -361,8 +364,7 @@ fn transmit<S: Scalar, B: Scalar>(
 
     let fade = fade_along(scene, hit, crossings);
     let eta: S::Lane = per_lane(|k| crossings[k].eta);
-    // POV-Ray's bound for a surface that bends nothing.
-    let straight = (eta - one).abs().lt(S::Lane::lit(1e-10));
+    let straight = (eta - one).abs().lt(S::Lane::lit(UNBENT));
     let k = one + eta * eta * (hit.cos * hit.cos - one);
     let back = through & !straight & k.lt(zero);
     let bent = hit.dir * eta + hit.normal * (eta * hit.cos - k.max(zero).sqrt());

@@ -81,25 +81,13 @@ proptest! {
         }
     }
 
+    /// In order and out of it: the same rays meet the same surfaces, and light is summed alike.
     #[test]
-    fn the_order_of_objects_and_lights_does_not_matter(seed in 0u64..1_000_000) {
+    fn the_order_of_objects_and_lights_changes_no_byte(seed in 0u64..1_000_000) {
         let scene = random_scene(seed);
         let mut turned = scene.clone();
         turned.objects.reverse();
         turned.lights.reverse();
-        // Overlapping interiors are left in the order they were entered, and the eye enters them as declared.
-        let first = picture(&scene, Engine::Packets, Precision::Exact, 1);
-        let second = picture(&turned, Engine::Packets, Precision::Exact, 1);
-        let over = differences(&second, &first).iter().filter(|d| !(**d <= REORDERED)).count();
-        prop_assert!(over <= TIES, "{over} pixels");
-    }
-
-    /// In order and out of it: the same rays meet the same surfaces, and light is summed alike.
-    #[test]
-    fn the_order_of_objects_changes_no_byte(seed in 0u64..1_000_000) {
-        let scene = random_scene(seed);
-        let mut turned = scene.clone();
-        turned.objects.reverse();
         let first = picture(&scene, Engine::Packets, Precision::Exact, 1);
         let second = picture(&turned, Engine::Packets, Precision::Exact, 1);
         prop_assert!(bytes(&first) == bytes(&second));
