@@ -279,6 +279,32 @@ mod pictures {
     }
 
     #[test]
+    fn bench_tells_the_lanes_of_each_mode() {
+        let folder = with_ball();
+        let args = "bench ball.scn --report r --rounds 1 -W 32 -H 24 --povray no-such-program";
+        assert_eq!(told(&octray(folder.path(), args)).0, 0);
+        let read = |name: &str| fs::read_to_string(folder.path().join("r").join(name)).unwrap();
+        let figures: serde_json::Value = serde_json::from_str(&read("figures.json")).unwrap();
+        let modes = figures["scenes"][0]["modes"].as_array().unwrap();
+        assert_eq!(modes.len(), 5);
+        for mode in modes {
+            let lanes = mode["occupancy"]["leaf"].as_f64();
+            if mode["name"] == "oracle" {
+                assert_eq!((lanes, &mode["queues"]), (None, &().into()));
+                continue;
+            }
+            // Some lane works in every test.
+            assert!(lanes.is_some_and(|lanes| (1.0..=8.0).contains(&lanes)), "{mode}");
+            // 32 by 24 pixels are whole packets.
+            assert_eq!(mode["queues"]["camera"], 8.0, "{mode}");
+        }
+        assert_eq!(read("index.html").matches("<td>8.00</td>").count(), 4);
+        let table = read("figures.csv");
+        let columns = |line: &str| line.split(',').count();
+        assert!(table.lines().all(|line| columns(line) == 16 + 7), "{table}");
+    }
+
+    #[test]
     fn what_cannot_be_written_is_exit_code_3_and_told_before_rendering() {
         let folder = with_ball();
         fs::create_dir(folder.path().join("dir.png")).unwrap();

@@ -1,4 +1,4 @@
-//! What `--stats` writes.
+//! What `--stats` writes, and the lanes of it that `octray bench` shows too.
 
 use octray::render::{Occupancy, Precision, RayCounts, RenderOptions, RenderStats};
 use serde::Serialize;
@@ -61,7 +61,8 @@ pub struct QueueLanes {
 }
 
 impl QueueLanes {
-    fn of(rays: &RayCounts) -> Option<Self> {
+    /// `None` of the reference engine, which has no packets.
+    pub fn of(rays: &RayCounts) -> Option<Self> {
         let packets = rays.packets;
         let mean = |lanes: u64, packets: u64| (packets > 0).then(|| lanes as f64 / packets as f64);
         (packets.camera > 0).then(|| Self {

@@ -5,6 +5,7 @@ use crate::cli::Failure;
 use crate::cli::crosscheck::povray::PovRay;
 use crate::cli::crosscheck::{as_povray_writes, median};
 use crate::cli::scene::load;
+use crate::cli::stats::{MeanLanes, QueueLanes};
 use octray::bvh::Preset;
 use octray::compare::{AMPLIFY, Comparison, compare, strip};
 use octray::film::Film;
@@ -45,6 +46,10 @@ pub struct Mode {
     pub against_povray: Option<Comparison>,
     /// What its camera rays hit, against strict's.
     pub hits: Option<HitErrors>,
+    /// Mean lanes at work in tests, from a render that is not timed; the oracle and POV-Ray have none.
+    pub occupancy: Option<MeanLanes>,
+    /// Mean lanes of the queues' packets; absent where there are none.
+    pub queues: Option<QueueLanes>,
 }
 
 /// Camera hits of one mode against those of `strict`.
@@ -139,6 +144,8 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
                 .map(|theirs| compare(theirs, &as_povray_writes(film.clone())))
                 .transpose()?,
             hits,
+            occupancy: None,
+            queues: None,
         });
         Ok(())
     };
@@ -161,7 +168,16 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
             against_strict: compare(&as_povray_writes(strict.0.clone()), theirs).map_err(told)?,
             against_povray: None,
             hits: None,
+            occupancy: None,
+            queues: None,
         });
+    }
+    // The modes begin with these. Counting lanes takes time, so that each is rendered once more.
+    for (mode, (_, precision, traversal)) in modes.iter_mut().zip(WAYS) {
+        let counting = RenderOptions { occupancy: true, ..options(precision, traversal) };
+        let (_, stats) = render(&scene, &counting, &|_| ()).map_err(|e| machine(&e))?;
+        mode.occupancy = stats.occupancy.map(MeanLanes::from);
+        mode.queues = QueueLanes::of(&stats.rays);
     }
     let strip = strip(&strict.0, &fast.0, AMPLIFY);
     let strip = encode(&strip, &Encoding::default()).map_err(|error| machine(&error))?;

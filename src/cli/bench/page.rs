@@ -1,7 +1,7 @@
 //! The run as one HTML file that holds everything it shows.
 
 use super::Run;
-use super::table::{COLUMNS, cells};
+use super::table::{COLUMNS, LANE_COLUMNS, cells, lanes};
 use crate::cli::crosscheck::{base64, escaped};
 use octray::compare::AMPLIFY;
 use std::fmt::Write;
@@ -49,9 +49,11 @@ pub fn page(run: &Run, plot: &str) -> String {
         let _ =
             writeln!(page, "<td>{:.2}</td><td>{:.2}</td></tr>", scene.camera_packets, scene.camera_single);
     }
+    page += "</table>\n";
+    page += &lane_table(run);
     let _ = writeln!(
         page,
-        "</table>\n<h2>Pictures</h2>\n<p class=\"note\">Strict, the difference times {AMPLIFY}, and fast.</p>"
+        "<h2>Pictures</h2>\n<p class=\"note\">Strict, the difference times {AMPLIFY}, and fast.</p>"
     );
     for scene in &run.scenes {
         let _ = writeln!(
@@ -62,4 +64,29 @@ pub fn page(run: &Run, plot: &str) -> String {
         );
     }
     page + "</body></html>\n"
+}
+
+/// How full the lanes are, where there are lanes.
+fn lane_table(run: &Run) -> String {
+    let mut table = String::from(
+        "<h2>Lanes at work</h2>\n<p class=\"note\">Of eight, mean: in tests of boxes and of primitives in leaves, \
+         and in the packets that leave the queues of rays and of hits. In single the tests are of eight boxes or \
+         primitives against one ray.</p>\n<table><tr><th>scene</th><th>mode</th>",
+    );
+    LANE_COLUMNS.iter().for_each(|column| table += &format!("<th>{column}</th>"));
+    table += "</tr>\n";
+    for scene in &run.scenes {
+        let modes = scene.modes.iter().filter(|mode| mode.occupancy.is_some());
+        for (number, mode) in modes.enumerate() {
+            let class = if number == 0 { " class=\"first\"" } else { "" };
+            // Writing to a string cannot fail.
+            let _ = write!(table, "<tr{class}><td>{}</td><td>{}</td>", escaped(&scene.scene), mode.name);
+            for lanes in lanes(mode) {
+                let cell = lanes.map_or_else(|| "-".into(), |lanes| format!("{lanes:.2}"));
+                let _ = write!(table, "<td>{cell}</td>");
+            }
+            table += "</tr>\n";
+        }
+    }
+    table + "</table>\n"
 }

@@ -32,6 +32,11 @@ fn letter(mode: &str) -> &'static str {
     }
 }
 
+/// A speed as it is said: the axis' marks are products, 0.1 times 3 among them.
+fn plain(x: f64) -> String {
+    format!("{x:.3e}").parse::<f64>().unwrap_or(x).to_string()
+}
+
 /// Both axes are logarithmic. Fast, exact and strict are joined; the oracle and POV-Ray stand alone.
 pub fn svg(scenes: &[Measured]) -> Result<String, String> {
     let points = || scenes.iter().flat_map(|scene| &scene.modes);
@@ -67,7 +72,7 @@ fn draw(
         .bold_line_style(BLACK.mix(0.12))
         .x_desc("million rays a second (log)")
         .y_desc("rmse of the picture against strict (log)")
-        .x_label_formatter(&|x| format!("{x}"))
+        .x_label_formatter(&|x| plain(*x))
         .y_label_formatter(&|y| format!("{y:.0e}"))
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 16))
@@ -95,4 +100,17 @@ fn draw(
         .draw()?;
     root.present()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_of_the_axis_are_plain_numbers() {
+        let marks = [(0.1 * 3.0, "0.3"), (0.001 * 7.0, "0.007"), (2.0, "2"), (40.0, "40")];
+        for (x, expected) in marks {
+            assert_eq!(plain(x), expected);
+        }
+    }
 }

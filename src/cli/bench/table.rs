@@ -73,12 +73,31 @@ pub const COLUMNS: [&str; 12] = [
     "with POV-Ray",
 ];
 
+/// Mean lanes of eight, in the order of [`LANE_COLUMNS`], behind scene and mode; `None` where there are none.
+pub fn lanes(mode: &Mode) -> [Option<f64>; 7] {
+    let (tests, queues) = (mode.occupancy.as_ref(), mode.queues.as_ref());
+    [
+        tests.map(|tests| tests.boxes),
+        tests.map(|tests| tests.leaf),
+        queues.and_then(|queues| queues.camera),
+        queues.and_then(|queues| queues.shadow),
+        queues.and_then(|queues| queues.reflect),
+        queues.and_then(|queues| queues.refract),
+        queues.and_then(|queues| queues.hits),
+    ]
+}
+
+/// Heads of [`lanes`].
+pub const LANE_COLUMNS: [&str; 7] = ["box", "leaf", "camera", "shadow", "reflect", "refract", "hits"];
+
 /// One line a scene and mode, numbers in full.
 pub fn csv(scenes: &[Measured]) -> String {
     let mut text = String::from(
         "scene,mode,trace_s,mrays_per_s,rmse,p999,max,over_1_255,t_median,t_p999,t_max,point_max,misses,false_hits,\
-         povray_rmse,povray_off_edges_within\n",
+         povray_rmse,povray_off_edges_within",
     );
+    LANE_COLUMNS.iter().for_each(|column| text += &format!(",lanes_{column}"));
+    text.push('\n');
     for measured in scenes {
         for mode in &measured.modes {
             let picture = &mode.against_strict.all;
@@ -106,10 +125,14 @@ pub fn csv(scenes: &[Measured]) -> String {
             }
             match &mode.against_povray {
                 Some(c) => {
-                    let _ = writeln!(text, ",{},{}", c.all.rmse, c.off_edges.within);
+                    let _ = write!(text, ",{},{}", c.all.rmse, c.off_edges.within);
                 }
-                None => text.push_str(",,\n"),
+                None => text.push_str(",,"),
             }
+            for lanes in lanes(mode) {
+                text += &lanes.map_or_else(|| ",".into(), |lanes| format!(",{lanes}"));
+            }
+            text.push('\n');
         }
     }
     text
