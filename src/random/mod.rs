@@ -10,6 +10,7 @@
 //! each triangle by itself is a mesh of one.
 
 mod look;
+mod polynomial;
 mod shape;
 
 use look::rgb;
@@ -120,6 +121,10 @@ pub fn scene(seed: u64) -> String {
     if r.chance(0.6) {
         let _ = writeln!(text, "plane {{ y, {} {} }}", l(-3.0), look::texture(r));
     }
+    // Last, so that a seed's scene keeps what it had without them.
+    for _ in 0..r.below(3) {
+        text += &shape::late_object(r);
+    }
     text
 }
 
@@ -208,9 +213,10 @@ mod tests {
                    poly_wave frequency phase finish ambient emission diffuse albedo brilliance phong phong_size \
                    specular roughness metallic irid thickness reflection fresnel falloff exponent conserve_energy \
                    filter transmit spotlight tightness parallel shadowless orthographic max_trace_level adc_bailout \
-                   ambient_light irid_wavelength texture_list";
+                   ambient_light irid_wavelength texture_list quadric cubic quartic poly";
         let missing: Vec<_> = all.split_whitespace().filter(|word| !words.contains(word)).collect();
         assert!(missing.is_empty(), "{missing:?}");
+        assert!(text.contains(" scale <-1, 1, 1>"), "nothing is mirrored");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Random objects: solids, flat shapes, meshes and composites, with what is said of them.
 
 use super::look::{interior, plain_texture, texture, transform};
+use super::polynomial::polynomial;
 use super::{Random, l, p, v};
 use std::fmt::Write;
 
@@ -13,12 +14,30 @@ pub fn object(r: &mut Random) -> String {
     nested(r, 0, false, &format!(" translate {}", p(place))) + "\n"
 }
 
+/// One object more: of a polynomial, by itself or cut, or any object in a mirror.
+pub fn late_object(r: &mut Random) -> String {
+    let mirror = if r.chance(0.4) { " scale <-1, 1, 1>" } else { "" };
+    let last = format!("{mirror} translate {}", p(r.point(2.0)));
+    let text = match r.below(4) {
+        0 => return nested(r, 0, false, &last) + "\n",
+        1 => {
+            let kind = r.below(4);
+            let operation = ["union", "merge", "intersection", "difference"][kind];
+            let text = polynomial(r);
+            let other = nested(r, DEEPEST, kind >= 2, "");
+            format!("{operation} {{ {} {other}", dressed(r, text, false, DEEPEST, false, ""))
+        }
+        _ => polynomial(r),
+    };
+    dressed(r, text, false, 0, false, &last) + "\n"
+}
+
 /// `last` is said after everything else. Only what is cut by something finite (`cut`) may be turned inside out or fill
 /// half of space: of such objects POV-Ray asks whether the eye is in them only if it is in their box, as if they were
 /// finite.
 fn nested(r: &mut Random, depth: usize, cut: bool, last: &str) -> String {
     let mut hollow_only = false;
-    let mut text = match r.below(10) {
+    let text = match r.below(10) {
         0 | 1 if depth < DEEPEST => composite(r, depth),
         2 if depth == 0 => {
             hollow_only = true;
@@ -27,6 +46,18 @@ fn nested(r: &mut Random, depth: usize, cut: bool, last: &str) -> String {
         3 if depth == 0 && r.chance(0.5) => mesh(r),
         _ => solid(r),
     };
+    dressed(r, text, hollow_only, depth, cut, last)
+}
+
+/// What is said of a shape, which it closes.
+fn dressed(
+    r: &mut Random,
+    mut text: String,
+    hollow_only: bool,
+    depth: usize,
+    cut: bool,
+    last: &str,
+) -> String {
     // What is said before a transform is moved by it.
     if r.chance(0.5) {
         text += &transform(r);
