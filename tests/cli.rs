@@ -305,6 +305,22 @@ mod pictures {
     }
 
     #[test]
+    fn limits_of_scripts_are_set_from_outside() {
+        let folder = folder();
+        let endless = "#declare A = 0; #while (1) #declare A = A + 1; #end";
+        let hungry = "#declare S = \"0123456789abcdef\"; #while (1) #declare S = concat(S, S); #end";
+        for (text, limit, said) in [
+            (endless, "--max-evaluation-steps 1000", "1000 evaluation steps"),
+            (hungry, "--max-memory 1", "1 MB"),
+        ] {
+            fs::write(folder.path().join("long.scn"), text).unwrap();
+            let (code, message) = told(&octray(folder.path(), &format!("check long.scn {limit}")));
+            assert_eq!(code, 1, "{message}");
+            assert!(message.contains(said), "{message}");
+        }
+    }
+
+    #[test]
     fn what_cannot_be_written_is_exit_code_3_and_told_before_rendering() {
         let folder = with_ball();
         fs::create_dir(folder.path().join("dir.png")).unwrap();

@@ -31,6 +31,12 @@ pub struct SceneArgs {
     /// can ask for more than any memory holds
     #[arg(long, value_name = "N", default_value_t = 20_000_000)]
     pub max_shapes: u64,
+    /// Stop a script after so many evaluated tokens: a hundred million take some seconds
+    #[arg(long, value_name = "N", default_value_t = eval::Limits::default().steps)]
+    pub max_evaluation_steps: u64,
+    /// Stop a script whose values and objects take more than this, in MiB
+    #[arg(long, value_name = "MIB", default_value_t = eval::Limits::default().memory >> 20)]
+    pub max_memory: u64,
     /// How errors and warnings are shown
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Human)]
     pub message_format: MessageFormat,
@@ -91,6 +97,11 @@ pub fn options(args: &SceneArgs, (image_width, image_height): (usize, usize)) ->
         library_paths: args.library_paths.iter().cloned().chain(standard_includes()).collect(),
         allow_missing: args.allow_missing,
         write_paths: args.write_paths.clone(),
+        limits: eval::Limits {
+            steps: args.max_evaluation_steps,
+            memory: args.max_memory.saturating_mul(1 << 20),
+            ..eval::Limits::default()
+        },
         ..eval::Options::default()
     }
 }
