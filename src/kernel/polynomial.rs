@@ -7,6 +7,7 @@
 //! coefficients of the size of the shape.
 
 use super::frame::{Frames, narrowed, widened};
+use super::quartic::SETTLED;
 use super::{Aabb, Block, Left, Rays, Surfaces, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
@@ -27,10 +28,6 @@ const REACH: f64 = 1e7;
 
 /// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
 const STEPS: usize = 110;
-
-/// A Newton step below this share of the root was the last one that mattered: its square is below a rounding, even when the
-/// slope is some thousand times smaller than the curvature.
-const SETTLED: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// A polynomial in one unknown per lane: `c[k]` belongs to the `k`th power, `len` of them are in use.
 #[derive(Debug, Clone, Copy)]
@@ -313,6 +310,12 @@ impl<S: Scalar> Polynomials<S> {
         all.into_iter().map(S::Lane::from_f64s).collect()
     }
 
+    /// Where the polynomial is negative before all its roots.
+    fn negative_far_back<const N: usize>(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
+        let ray = self.ray::<N>(i, &self.own_rays(i, rays), Mask::none_set());
+        (ray.along.value(-ray.reach).lt(f64x8::zero()) & ray.sound).cast()
+    }
+
     /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
     /// rounding of start and direction make of it, by the magnitudes of its terms.
     fn slope_noise(&self, i: usize, rays: &Rays<S::Lane>, own: &Rays<f64x8>) -> f64x8 {
@@ -373,9 +376,10 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
 
     /// Where the polynomial is negative, farther out than all its roots.
     fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
-        let own = self.own_rays(i, rays);
-        let ray = self.ray::<MANY>(i, &own, Mask::none_set());
-        (ray.along.value(-ray.reach).lt(f64x8::zero()) & ray.sound).cast()
+        match self.polynomial[i].order() < FEW {
+            true => self.negative_far_back::<FEW>(i, rays),
+            false => self.negative_far_back::<MANY>(i, rays),
+        }
     }
 
     fn resolve(

@@ -5,6 +5,10 @@
 
 use crate::lane::{Lane, f64x8};
 
+/// A Newton step below this, of shapes and roots of about 1, was the last one that mattered: its square is below a rounding,
+/// even when the slope is some thousand times smaller than the curvature.
+pub(super) const SETTLED: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// Two roots, `middle - sqrt(square)` and `middle + sqrt(square)`: none if `square` is negative or NaN.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pair {

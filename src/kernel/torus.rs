@@ -1,7 +1,7 @@
 //! Tori: ring, horn and spindle, always computed in f64.
 
 use super::frame::{Frames, narrowed, widened};
-use super::quartic::{Pair, cubic, deflated, quartic};
+use super::quartic::{Pair, SETTLED, cubic, deflated, quartic};
 use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
@@ -27,10 +27,6 @@ const BOUND: f64 = 1.0 + 1.0 / 1024.0;
 /// Pairs of roots nearer to each other than twice the square root of this (of the torus' size) are decided and placed
 /// on the tube itself. Anything between the quartic's error (1e-8) and 1 would be right; more costs time.
 const NEAR: f64 = 1.0 / 16384.0;
-
-/// A Newton step below this was the last one that mattered: its square is below a rounding, even when the slope is
-/// some thousand times smaller than the curvature.
-const SETTLED: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Newton steps at most; beyond, a tangent ray only walks about within its error.
 const STEPS: usize = 4;

@@ -27,6 +27,8 @@ pub struct Emit<'a, L: Lane> {
     pub shadows: &'a mut [Queue<Feelers<L>>],
     /// The thread's interior lists.
     pub media: &'a mut Media,
+    /// Packets of hits so far, and hits in them.
+    pub shaded: &'a mut (u64, u64),
 }
 
 /// A layer at the hits, as light meets it.
@@ -54,6 +56,8 @@ pub fn shade<S: Scalar, B: Scalar>(
     program: u32,
     emit: &mut Emit<S::Lane>,
 ) {
+    emit.shaded.0 += 1;
+    emit.shaded.1 += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
     let active = Mask::<S::Lane>::from_bits(hit.active);
     let crossings = crossings(scene, program, hit, emit.media);

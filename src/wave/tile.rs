@@ -175,10 +175,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                     }
                 }
                 hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
-                    shaded.0 += 1;
-                    shaded.1 += u64::from(hit.active.count_ones());
                     let refracted = &mut refracted[sender as usize];
-                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
+                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded };
                     shade(scene, &shared.lights, hit, program, &mut emit);
                 });
             }
@@ -194,10 +192,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
     fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
         let Self { hits, sums, media, shadow_queues, reflected, refracted, shaded, .. } = self;
         hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
-            shaded.0 += 1;
-            shaded.1 += u64::from(hit.active.count_ones());
             let refracted = &mut refracted[sender as usize];
-            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media };
+            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded };
             shade(shared.scene, &shared.lights, hit, program, &mut emit);
         })
     }

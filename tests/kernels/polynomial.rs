@@ -24,10 +24,8 @@ fn sphere(order: usize, factor: f64) -> Arc<Polynomial> {
     polynomial(order, &terms, factor)
 }
 
-/// `(r^2 + R^2 - a^2)^2 = 4 R^2 (x^2 + z^2)`
-fn torus(factor: f64) -> Arc<Polynomial> {
-    let k = MAJOR * MAJOR - MINOR * MINOR;
-    let (side, axis) = (2.0 * k - 4.0 * MAJOR * MAJOR, 2.0 * k);
+/// `r^4 + side (x^2 + z^2) + axis y^2 + constant`
+fn quartic(side: f64, axis: f64, constant: f64) -> Arc<Polynomial> {
     let terms = [
         ([4, 0, 0], 1.0),
         ([0, 4, 0], 1.0),
@@ -38,9 +36,15 @@ fn torus(factor: f64) -> Arc<Polynomial> {
         ([2, 0, 0], side),
         ([0, 2, 0], axis),
         ([0, 0, 2], side),
-        ([0, 0, 0], k * k),
+        ([0, 0, 0], constant),
     ];
-    polynomial(4, &terms, factor)
+    polynomial(4, &terms, 1.0)
+}
+
+/// `(r^2 + R^2 - a^2)^2 = 4 R^2 (x^2 + z^2)`
+fn torus() -> Arc<Polynomial> {
+    let k = MAJOR * MAJOR - MINOR * MINOR;
+    quartic(2.0 * k - 4.0 * MAJOR * MAJOR, 2.0 * k, k * k)
 }
 
 fn rays(rng: &mut Rng, place: &Transform, far: f64) -> Rays<f64x8> {
@@ -128,7 +132,7 @@ fn a_torus_is_a_torus_near_and_far() {
         for far in [3.0, 1e4] {
             // As above, with slopes of the order of the gap times the tube; far rays also carry 1e4 roundings of `t`
             // and of the place.
-            agree(&one(&torus(1.0), &place), &tori, &place, far, 1e-10 * far);
+            agree(&one(&torus(), &place), &tori, &place, far, 1e-10 * far);
         }
     }
 }
@@ -145,19 +149,7 @@ fn inside_is_where_the_polynomial_is_negative() {
 #[test]
 fn what_touches_or_is_no_number_is_not_crossed() {
     // (x^2 + y^2 + z^2 - 1)^2 does not change its sign.
-    let terms = [
-        ([4, 0, 0], 1.0),
-        ([0, 4, 0], 1.0),
-        ([0, 0, 4], 1.0),
-        ([2, 2, 0], 2.0),
-        ([2, 0, 2], 2.0),
-        ([0, 2, 2], 2.0),
-        ([2, 0, 0], -2.0),
-        ([0, 2, 0], -2.0),
-        ([0, 0, 2], -2.0),
-        ([0, 0, 0], 1.0),
-    ];
-    let double = one(&polynomial(4, &terms, 1.0), &Transform::IDENTITY);
+    let double = one(&quartic(-2.0, -2.0, 1.0), &Transform::IDENTITY);
     let through = packet::<f64x8>(&[(DVec3::new(0.0, 0.0, -2.0), DVec3::Z)]);
     assert!(lane_roots(double.roots(0, &through, None).as_ref(), 0).is_empty());
     for origin in [f64::NAN, f64::INFINITY] {
