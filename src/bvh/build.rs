@@ -1,13 +1,17 @@
-//! From boxes to a tree: binned surface-area heuristic (Wald 2007, On fast construction of SAH-based bounding
-//! volume hierarchies), two children a node, then collapsed to eight by opening the largest (Wald, Benthin, Boulos 2008).
+//! From boxes to a tree: two children a node (`binary`), bettered by moving subtrees where asked (`reinsert`), then
+//! put together by eight (`collapse`).
 //!
-//! All decisions are made in f64 and depend on ratios only: a scene scaled by a power of two gives the same tree.
+//! Decisions are made in single precision, on boxes rounded outward as those of the finished tree are, and on
+//! coordinates scaled by a power of two: a scene scaled by one gives the same tree, and none is too large or too small.
 
+use super::binary::{Binary, Extent};
+use super::collapse::{MAX_LEAF, Plan, children, is_leaf, plan};
+use super::reinsert::bettered;
 use super::{Bvh, Child, Node, Run};
 use crate::kernel::Aabb;
-use crate::lane::{LANES, Scalar};
+use crate::lane::Scalar;
 use glam::DVec3;
-use smallvec::{SmallVec, smallvec};
+use smallvec::SmallVec;
 
 /// One primitive to be put in the tree.
 #[derive(Debug, Clone, Copy)]
@@ -36,32 +40,34 @@ pub enum Preset {
     Best,
 }
 
-/// Most bins per axis.
-const MOST_BINS: usize = 32;
-
 impl Preset {
-    /// Bins per axis, among which splits are sought. 32 gain under 1 % of SAH cost over 16 and cost a third more time.
-    fn bins(self) -> usize {
+    /// The tree of two children a node: splits sought among 8, 16 or 32 places an axis.
+    fn binary(self, items: Vec<Extent>) -> Binary {
+        let tree = match self {
+            Self::Fast => Binary::over::<8, 8>(items),
+            Self::Balanced => Binary::over::<16, 8>(items),
+            Self::Best => Binary::over::<32, 16>(items),
+        };
+        if self.rounds() == 0 { tree } else { bettered(tree, self.rounds()) }
+    }
+
+    /// How often the whole tree is looked through for subtrees that would lie better elsewhere.
+    fn rounds(self) -> usize {
         match self {
-            Self::Fast => 8,
-            Self::Balanced => 16,
-            Self::Best => MOST_BINS,
+            Self::Fast | Self::Balanced => 0,
+            Self::Best => 6,
         }
     }
 }
 
-/// A leaf never holds more, unless all boxes have one centre.
-const MAX_LEAF: usize = 8;
-/// Cost of one step of a packet through a node, in box tests of a packet: the eight-box culling test and the stack.
-const STEP_COST: f64 = 1.0;
-/// Subtrees over this many items are built side by side.
-const PARALLEL_OVER: usize = 8192;
+/// There is room for one node for so many items from the start: more than most trees need.
+const NODES_PER_ITEM: usize = 4;
 
 /// The finished tree, and for each kind the new order of its rows: row `k` of the columns must become row `order[kind][k]`.
-pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
+pub fn build<B: Scalar>(items: &[Item], kinds: usize, preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
     let bounds = items.iter().fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
     let mut tree = Bvh {
-        nodes: Vec::new(),
+        nodes: Vec::with_capacity(items.len() / NODES_PER_ITEM),
         runs: Vec::new(),
         bounds,
         depth: 0,
@@ -74,18 +80,38 @@ pub fn build<B: Scalar>(items: &mut [Item], kinds: usize, preset: Preset) -> (Bv
         return (tree, order);
     }
     let mut rows = vec![0; kinds];
-    for item in items.iter() {
-        let most = &mut rows[usize::from(item.kind)];
-        *most = item.index.max(*most);
+    for item in items {
+        let rows = &mut rows[usize::from(item.kind)];
+        *rows = (item.index + 1).max(*rows);
     }
-    let place = rows.iter().map(|&most| vec![u32::MAX; most as usize + 1]).collect();
-    let root = split(items, preset.bins());
+    for (order, &rows) in order.iter_mut().zip(&rows) {
+        order.reserve_exact(rows as usize);
+    }
+    let place = rows.iter().map(|&rows| vec![u32::MAX; rows as usize]).collect();
 
-    let slack = Bvh::<B>::slack(&tree.moved_bounds());
-    let corners = [tree.moved_bounds().min - slack, tree.moved_bounds().max + slack];
-    tree.entry = corners.map(|corner| corner.to_array().map(B::from_f64));
-    let mut emit = Emit { tree: &mut tree, order: &mut order, place, slack };
-    emit.node(&root, 1);
+    let moved = tree.moved_bounds();
+    let slack = Bvh::<B>::slack(&moved);
+    tree.entry = [moved.min - slack, moved.max + slack].map(|corner| corner.to_array().map(B::from_f64));
+
+    let unit = power_of_two_over(moved.min.abs().max(moved.max.abs()).max_element());
+    let extents = items.iter().enumerate().map(|(number, item)| {
+        let low = ((item.bounds.min - tree.origin) / unit).to_array().map(down);
+        let high = ((item.bounds.max - tree.origin) / unit).to_array().map(|x| -down(-x));
+        Extent::new(low, high).tagged(number as u32, item.cost.to_bits())
+    });
+    let binary = preset.binary(extents.collect());
+    let plans = plan(&binary);
+    let mut emit = Emit {
+        tree: &mut tree,
+        items,
+        binary: &binary,
+        plans: &plans,
+        order: &mut order,
+        place,
+        unit,
+        slack,
+    };
+    emit.root();
     (tree, order)
 }
 
@@ -95,157 +121,85 @@ fn origin(bounds: &Aabb) -> DVec3 {
     if center.is_finite() && center.length() > diagonal.length() { center } else { DVec3::ZERO }
 }
 
-/// A tree of two children a node over reordered items.
-enum Binary<'a> {
-    Leaf { bounds: Aabb, items: &'a mut [Item] },
-    Node { bounds: Aabb, children: Box<[Binary<'a>; 2]> },
+/// The least power of two that is not less than `x`, within what can be divided by.
+fn power_of_two_over(x: f64) -> f64 {
+    let least = f64::MIN_POSITIVE * 16.0;
+    x.log2().ceil().exp2().clamp(least, 1.0 / least)
 }
 
-impl Binary<'_> {
-    fn bounds(&self) -> Aabb {
-        match self {
-            Self::Leaf { bounds, .. } | Self::Node { bounds, .. } => *bounds,
-        }
-    }
-}
-
-fn split(items: &mut [Item], bins: usize) -> Binary<'_> {
-    let bounds = items.iter().fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
-    let Some(at) = partition(items, &bounds, bins) else {
-        return Binary::Leaf { bounds, items };
-    };
-    let parallel = items.len() > PARALLEL_OVER;
-    let (left, right) = items.split_at_mut(at);
-    let (left, right) = if parallel {
-        rayon::join(|| split(left, bins), || split(right, bins))
-    } else {
-        (split(left, bins), split(right, bins))
-    };
-    Binary::Node { bounds, children: Box::new([left, right]) }
-}
-
-#[derive(Clone, Copy)]
-struct Bin {
-    bounds: Aabb,
-    cost: f64,
-}
-
-/// Sorts items into two sides and says where the second begins; `None` if a leaf is cheaper.
-fn partition(items: &mut [Item], bounds: &Aabb, count: usize) -> Option<usize> {
-    if items.len() < 2 {
-        return None;
-    }
-    let centers = Aabb::of(items.iter().map(|item| item.bounds.center()));
-    let extent = centers.max - centers.min;
-    let scale = DVec3::splat(count as f64) / extent;
-    let bin_of = |item: &Item, axis: usize| {
-        let place = (item.bounds.center()[axis] - centers.min[axis]) * scale[axis];
-        (place as usize).min(count - 1)
-    };
-
-    let total: f64 = items.iter().map(|item| f64::from(item.cost)).sum();
-    let mut best: Option<(f64, usize, usize)> = None; // (cost, axis, first bin of the right side)
-    for axis in 0..3 {
-        if extent[axis] <= 0.0 || !scale[axis].is_finite() {
-            continue;
-        }
-        let mut bins = [Bin { bounds: Aabb::EMPTY, cost: 0.0 }; MOST_BINS];
-        for item in items.iter() {
-            let bin = &mut bins[bin_of(item, axis)];
-            bin.bounds = bin.bounds.union(item.bounds);
-            bin.cost += f64::from(item.cost);
-        }
-        // Costs of the right sides from the end, then a sweep from the left.
-        let mut right = [0.0; MOST_BINS];
-        let mut sum = Bin { bounds: Aabb::EMPTY, cost: 0.0 };
-        for k in (1..count).rev() {
-            sum = Bin { bounds: sum.bounds.union(bins[k].bounds), cost: sum.cost + bins[k].cost };
-            right[k] = if sum.cost > 0.0 { sum.bounds.half_area() * sum.cost } else { f64::INFINITY };
-        }
-        let mut sum = Bin { bounds: Aabb::EMPTY, cost: 0.0 };
-        for k in 1..count {
-            let bin = bins[k - 1];
-            sum = Bin { bounds: sum.bounds.union(bin.bounds), cost: sum.cost + bin.cost };
-            if sum.cost > 0.0 {
-                let cost = sum.bounds.half_area() * sum.cost + right[k];
-                if cost.is_finite() && best.is_none_or(|(least, ..)| cost < least) {
-                    best = Some((cost, axis, k));
-                }
-            }
-        }
-    }
-
-    let Some((cost, axis, first_right)) = best else {
-        // All centres coincide: no plane parts them, so part them by number.
-        return (items.len() > MAX_LEAF).then_some(items.len() / 2);
-    };
-    let area = bounds.half_area();
-    let worth = area <= 0.0 || STEP_COST + cost / area < total;
-    if !worth && items.len() <= MAX_LEAF {
-        return None;
-    }
-    // Stable, so that the tree does not depend on how a sort treats equals.
-    let mut left: Vec<Item> = Vec::with_capacity(items.len());
-    let mut right: Vec<Item> = Vec::new();
-    for item in items.iter() {
-        if bin_of(item, axis) < first_right { left.push(*item) } else { right.push(*item) }
-    }
-    let at = left.len();
-    items[..at].copy_from_slice(&left);
-    items[at..].copy_from_slice(&right);
-    Some(at)
+/// The next number in single precision that is not greater.
+fn down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// Writes the eight-wide tree.
 struct Emit<'a, B: Scalar> {
     tree: &'a mut Bvh<B>,
+    items: &'a [Item],
+    binary: &'a Binary,
+    plans: &'a [Plan],
     order: &'a mut [Vec<u32>],
     /// By kind and old row: its new one, or `u32::MAX` if no leaf has had it.
     place: Vec<Vec<u32>>,
+    /// One of the binary tree's coordinates in scene units.
+    unit: f64,
     slack: DVec3,
 }
 
 impl<B: Scalar> Emit<'_, B> {
-    /// Emits `root` as a node at `depth` and returns its number.
-    fn node(&mut self, root: &Binary, depth: usize) -> usize {
-        let mut children: SmallVec<[&Binary; LANES]> = smallvec![root];
-        // Open the child of largest area until there are eight or only leaves.
-        while children.len() < LANES {
-            let largest = (0..children.len())
-                .filter(|&k| matches!(children[k], Binary::Node { .. }))
-                .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
-            let Some(k) = largest else { break };
-            if let Binary::Node { children: pair, .. } = children[k] {
-                children[k] = &pair[0];
-                children.insert(k + 1, &pair[1]);
-            }
+    /// Emits everything.
+    fn root(&mut self) {
+        if !is_leaf(self.plans, 0) {
+            self.node(0, 1);
+            return;
         }
+        // The walk begins at a node.
+        self.tree.depth = 1;
+        let mut node = Node::empty();
+        self.child(&mut node, 0, 0, 1);
+        self.tree.nodes.push(node);
+    }
+
+    /// Emits node `at` of the binary tree as a node at `depth` and returns its number.
+    fn node(&mut self, at: usize, depth: usize) -> usize {
         let number = self.tree.nodes.len();
         let mut node = Node::empty();
         self.tree.nodes.push(node);
         self.tree.depth = self.tree.depth.max(depth);
-        for (k, binary) in children.into_iter().enumerate() {
-            let bounds = binary.bounds();
-            let lo = bounds.min - self.tree.origin - self.slack;
-            let hi = bounds.max - self.tree.origin + self.slack;
-            for axis in 0..3 {
-                node.planes[axis][k] = B::from_f64(lo[axis]);
-                node.planes[3 + axis][k] = B::from_f64(hi[axis]);
-            }
-            node.child[k] = match binary {
-                Binary::Leaf { items, .. } => self.leaf(items),
-                Binary::Node { .. } => Child::node(self.node(binary, depth + 1)),
-            };
+        for (k, child) in children(self.binary, self.plans, at).into_iter().enumerate() {
+            self.child(&mut node, k, child, depth + 1);
         }
         self.tree.nodes[number] = node;
         number
     }
 
+    /// Makes node `at` of the binary tree the `k`th child of `node`.
+    fn child(&mut self, node: &mut Node<B>, k: usize, at: usize, depth: usize) {
+        let extent = self.binary.nodes[at];
+        let [low, high] = extent.corners();
+        for axis in 0..3 {
+            let plane = |x: f32, slack: f64| B::from_f64(f64::from(x) * self.unit + slack);
+            node.planes[axis][k] = plane(low[axis], -self.slack[axis]);
+            node.planes[3 + axis][k] = plane(high[axis], self.slack[axis]);
+        }
+        node.child[k] = if is_leaf(self.plans, at) {
+            let (first, count) = extent.tags();
+            let binary = self.binary;
+            self.leaf(&binary.items[first as usize..(first + count) as usize])
+        } else {
+            Child::node(self.node(at, depth))
+        };
+    }
+
     /// A row that several items share, piece by piece, gets its place where it first comes.
-    fn leaf(&mut self, items: &[Item]) -> Child {
-        let mut items: SmallVec<[Item; MAX_LEAF]> = items.into();
-        items.sort_by_key(|item| (item.kind, item.class, item.index));
-        items.dedup_by_key(|item| (item.kind, item.index));
+    fn leaf(&mut self, extents: &[Extent]) -> Child {
+        let mut items: SmallVec<[Leafed; MAX_LEAF]> =
+            extents.iter().map(|extent| Leafed::of(&self.items[extent.tags().0 as usize])).collect();
+        if items.len() > 1 {
+            items.sort_unstable_by_key(Leafed::key);
+            items.dedup();
+        }
         for item in &mut items {
             let place = &mut self.place[usize::from(item.kind)][item.index as usize];
             if *place == u32::MAX {
@@ -255,9 +209,11 @@ impl<B: Scalar> Emit<'_, B> {
             }
             item.index = *place;
         }
-        items.sort_by_key(|item| (item.kind, item.class, item.index));
+        if items.len() > 1 {
+            items.sort_unstable_by_key(Leafed::key);
+        }
         let first = self.tree.runs.len();
-        let next_to = |a: &Item, b: &Item| (a.kind, a.class, a.index + 1) == (b.kind, b.class, b.index);
+        let next_to = |a: &Leafed, b: &Leafed| (a.kind, a.class, a.index + 1) == (b.kind, b.class, b.index);
         for run in items.chunk_by(next_to) {
             self.tree.runs.push(Run {
                 kind: run[0].kind,
@@ -280,6 +236,20 @@ impl<B: Scalar> Emit<'_, B> {
     }
 }
 
-fn area(binary: &Binary) -> f64 {
-    binary.bounds().half_area()
+/// What a leaf must know of an item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Leafed {
+    kind: u8,
+    class: u8,
+    index: u32,
+}
+
+impl Leafed {
+    fn of(item: &Item) -> Self {
+        Self { kind: item.kind, class: item.class, index: item.index }
+    }
+
+    fn key(&self) -> u64 {
+        u64::from(self.kind) << 40 | u64::from(self.class) << 32 | u64::from(self.index)
+    }
 }

@@ -2,11 +2,17 @@
 //!
 //! It knows bounds, kinds and row numbers, and calls leaf code it is handed; it knows no kernel, colour or text.
 
+mod binary;
 mod build;
+mod collapse;
 mod node;
 mod occupancy;
 mod packet;
+mod reinsert;
 mod walk;
+
+#[cfg(test)]
+mod tests;
 
 pub use build::{Item, Preset, build};
 pub use node::{Bvh, Child, Node, Run};

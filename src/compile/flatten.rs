@@ -13,9 +13,8 @@ use rustc_hash::FxHashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The middle of what is finite in the scene, or zero if that is not far off.
-pub(super) fn middle(scene: &Scene) -> DVec3 {
-    let flat = flatten::<f64>(scene, DVec3::ZERO);
+/// The middle of what is finite in the scene that `flat` was made of, or zero if that is not far off.
+pub(super) fn middle<S: Scalar>(scene: &Scene, flat: &Flat<S>) -> DVec3 {
     let mut bounds = Aabb::EMPTY;
     for &kind in Kind::ALL {
         for row in 0..flat.columns.len(kind) {
@@ -126,7 +125,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         }
     }
     cut_long(&columns, &mut items, preset);
-    let (bvh, mut order) = build_tree::<B>(&mut items, preset);
+    let (bvh, mut order) = build_tree::<B>(&items, preset);
 
     let mut unbounded = Vec::new();
     let mut classes = bvh.classes;

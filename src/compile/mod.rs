@@ -84,8 +84,12 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
 
     /// The same with a tree that took more or less time to build.
     pub fn with(scene: &Scene, preset: Preset) -> Self {
-        let origin = if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF { flatten::middle(scene) } else { DVec3::ZERO };
-        let flat = flatten::flatten::<S>(scene, origin);
+        let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO));
+        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && flatten::middle(scene, &flat) != DVec3::ZERO {
+            // Its columns have lost digits: once more, from the middle that double precision finds.
+            origin = flatten::middle(scene, &flatten::flatten::<f64>(scene, DVec3::ZERO));
+            flat = flatten::flatten::<S>(scene, origin);
+        }
         flatten::assemble(scene, origin, flat, preset)
     }
 
@@ -136,6 +140,6 @@ fn item(kind: u8, index: usize, bounds: crate::kernel::Aabb, class: u8, cost: f3
     Item { bounds, kind, class, index: index as u32, cost }
 }
 
-fn build_tree<B: Scalar>(items: &mut [Item], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
+fn build_tree<B: Scalar>(items: &[Item], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
     build(items, usize::from(COMPOSITE) + 1, preset)
 }

@@ -129,12 +129,12 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// One ray against eight rows at a time may start at multiples of this; 0 if the kind has no such test.
     const ACROSS: u32 = 0;
 
-    /// Crossings of one ray, which is in every lane, with the rows from `first` on, a row a lane, in the form of
-    /// [`Block::roots`]. Lanes past the last row, or of rows that are none of the caller's business, hold anything.
+    /// Crossings of one ray, which is in every lane, with the rows from `first` to before `end` (the ninth may lie before
+    /// that), a row a lane, in the form of [`Block::roots`]. The other lanes hold anything.
     #[inline(always)]
     fn roots_across(
         &self,
-        first: usize,
+        (first, _end): (usize, usize),
         rays: &Rays<S::Lane>,
         _view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,

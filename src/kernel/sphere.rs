@@ -79,7 +79,7 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     #[inline(always)]
     fn roots_across(
         &self,
-        first: usize,
+        (first, _): (usize, usize),
         rays: &Rays<S::Lane>,
         _view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,

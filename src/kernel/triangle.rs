@@ -159,11 +159,12 @@ impl<S: Scalar> Triangles<S> {
         })
     }
 
-    /// Triangles `first` (a multiple of four) to `first + 7`, a lane each.
+    /// Triangles `first` (a multiple of four) to `first + 7`, a lane each, of which those below `end` matter. Mostly
+    /// they lie in one four, and no other is waited for.
     #[inline(always)]
-    fn across(&self, first: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
+    fn across(&self, first: usize, end: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
         let Four(a) = &self.fours[first / 4];
-        let Four(b) = self.fours.get(first / 4 + 1).unwrap_or(&self.fours[first / 4]);
+        let Four(b) = &self.fours[end.saturating_sub(1).min(first + 4) / 4];
         of_columns(|k| {
             S::Lane::from_array([a[k][0], a[k][1], a[k][2], a[k][3], b[k][0], b[k][1], b[k][2], b[k][3]])
         })
@@ -290,12 +291,12 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     #[inline(always)]
     fn roots_across(
         &self,
-        first: usize,
+        (first, end): (usize, usize),
         rays: &Rays<S::Lane>,
         view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
     ) -> [S::Lane; 1] {
-        crossing(self.across(first), rays, view, left)
+        crossing(self.across(first, end), rays, view, left)
     }
 
     #[inline(always)]
@@ -377,12 +378,12 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     #[inline(always)]
     fn roots_across(
         &self,
-        first: usize,
+        rows: (usize, usize),
         rays: &Rays<S::Lane>,
         view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
     ) -> [S::Lane; 1] {
-        self.flat.roots_across(first, rays, view, left)
+        self.flat.roots_across(rows, rays, view, left)
     }
 
     #[inline(always)]

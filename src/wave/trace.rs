@@ -426,9 +426,9 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
             let lane = one.left.wrapping_sub(surface);
             let roots = if lane < LANES as u32 {
                 let left = Left { on: Mask::from_bits(1 << lane), part: [one.part; LANES] };
-                block.roots_across(first as usize, &one.rays, &one.view, Some(&left))
+                block.roots_across((first as usize, end as usize), &one.rays, &one.view, Some(&left))
             } else {
-                block.roots_across(first as usize, &one.rays, &one.view, None)
+                block.roots_across((first as usize, end as usize), &one.rays, &one.view, None)
             };
             let mut t = S::Lane::lit(f64::INFINITY);
             for &root in roots.as_ref().iter().rev() {
