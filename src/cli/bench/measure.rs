@@ -1,6 +1,7 @@
 //! One scene through every mode: times, pictures, camera hits, and their errors.
 
 use super::Args;
+use super::kinds::{self, Walk};
 use crate::cli::Failure;
 use crate::cli::crosscheck::povray::PovRay;
 use crate::cli::crosscheck::{as_povray_writes, median};
@@ -12,7 +13,7 @@ use octray::film::Film;
 use octray::image_io::{Encoding, encode};
 use octray::render::{Engine, Precision, RayCounts, RenderOptions, Schedule, Traversal, render};
 use octray::scene::Scene;
-use octray::workbench::{CameraRays, Workbench};
+use octray::workbench::Workbench;
 use serde::Serialize;
 use std::path::Path;
 
@@ -23,14 +24,16 @@ pub struct Measured {
     pub scene: String,
     /// Fast, exact, strict, `exact` ray by ray; the oracle and POV-Ray where there are.
     pub modes: Vec<Mode>,
-    /// Mrays/s of camera rays alone, `exact`, as packets and one by one.
-    pub camera_packets: f64,
-    pub camera_single: f64,
+    /// Kinds of rays by themselves.
+    pub walks: Vec<Walk>,
     /// Rays of `exact`, by kind.
     pub rays: RayCounts,
     /// PNG: strict, difference, fast.
     #[serde(skip)]
     pub strip: Vec<u8>,
+    /// PNG: POV-Ray, difference, exact.
+    #[serde(skip)]
+    pub povray_strip: Option<Vec<u8>>,
 }
 
 /// One way of rendering the scene.
@@ -91,9 +94,6 @@ const WAYS: [(&str, Precision, Traversal); 4] = [
     ("strict", Precision::Strict, Traversal::Auto),
     ("single", Precision::Exact, Traversal::Single),
 ];
-
-/// Side of the square of camera rays that are traced as packets and one by one: a multiple of 8.
-const CAMERA_SIDE: usize = 256;
 
 pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Measured, Failure> {
     let size = (args.width as usize, args.height as usize);
@@ -179,11 +179,15 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
         mode.occupancy = stats.occupancy.map(MeanLanes::from);
         mode.queues = QueueLanes::of(&stats.rays);
     }
-    let strip = strip(&strict.0, &fast.0, AMPLIFY);
-    let strip = encode(&strip, &Encoding::default()).map_err(|error| machine(&error))?;
-    let [camera_packets, camera_single] = camera_speed(&scene, args).map_err(|e| machine(&e))?;
+    let png = |expected: &Film, actual: &Film| {
+        encode(&strip(expected, actual, AMPLIFY), &Encoding::default()).map_err(|error| machine(&error))
+    };
+    let povray_strip =
+        povray_film.as_ref().map(|theirs| png(theirs, &as_povray_writes(exact.0.clone()))).transpose()?;
+    let strip = png(&strict.0, &fast.0)?;
+    let walks = kinds::measure(&scene, args).map_err(|e| machine(&e))?;
     let scene = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Measured { scene, modes, camera_packets, camera_single, rays, strip })
+    Ok(Measured { scene, modes, walks, rays, strip, povray_strip })
 }
 
 /// The oracle's picture, rays and seconds, unless a sixteenth of the picture foretells that it takes too long.
@@ -230,16 +234,6 @@ fn camera_hits(scene: &Scene, args: &Args) -> Result<[HitErrors; 2], rayon::Thre
         HitErrors { hits: t.len(), t: Quantiles::of(t), point: Quantiles::of(point), misses, false_hits }
     };
     Ok([against(hits(Precision::Fast)?), against(hits(Precision::Exact)?)])
-}
-
-/// Mrays/s of camera rays in `exact`: eight at a time, and one by one.
-fn camera_speed(scene: &Scene, args: &Args) -> Result<[f64; 2], rayon::ThreadPoolBuildError> {
-    let bench = Workbench::new(scene, Precision::Exact, Preset::default(), args.threads)?;
-    let rays = CameraRays::new(&bench, &scene.camera, CAMERA_SIDE).camera;
-    Ok([Traversal::Packet, Traversal::Single].map(|traversal| {
-        let seconds = median(bench.measure(&rays, traversal, args.rounds as usize).wall_s);
-        rays.len() as f64 / seconds.max(1e-9) * 1e-6
-    }))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! begins, so that a busy moment of the machine does not hit one of them only; times are medians of tracing alone.
 //! Errors are those of the pictures in linear light and of what camera rays hit, against `strict`.
 
+mod kinds;
 mod measure;
 mod page;
 mod plot;
@@ -23,7 +24,8 @@ pub struct Args {
     /// Scenes to measure; a folder stands for all .scn and .pov files in it
     #[arg(value_name = "SCENE", default_value = "scenes/show")]
     scenes: Vec<PathBuf>,
-    /// Write into this folder: index.html with plot, tables and pictures in it, figures.csv and figures.json
+    /// Write into this folder: index.html with plot, tables and pictures in it, figures.csv, rays.csv and
+    /// figures.json
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Pixels per row
@@ -101,6 +103,8 @@ fn write(folder: &Path, run: &Run) -> Result<(), Failure> {
     replace_file(&folder.join("plot.svg"), plot.as_bytes())?;
     replace_file(&folder.join("index.html"), page::page(run, &plot).as_bytes())?;
     replace_file(&folder.join("figures.csv"), table::csv(&run.scenes).as_bytes())?;
+    let walks = kinds::csv(run.scenes.iter().map(|scene| (scene.scene.as_str(), &scene.walks[..])));
+    replace_file(&folder.join("rays.csv"), walks.as_bytes())?;
     let json = serde_json::to_vec_pretty(run).expect("plain numbers and names");
     Ok(replace_file(&folder.join("figures.json"), &json)?)
 }

@@ -1,16 +1,23 @@
 //! The run as one HTML file that holds everything it shows.
 
 use super::Run;
+use super::kinds::{KINDS, WALKS};
 use super::table::{COLUMNS, LANE_COLUMNS, cells, lanes};
 use crate::cli::crosscheck::{base64, escaped};
 use octray::compare::AMPLIFY;
 use std::fmt::Write;
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:78rem;margin:2rem auto;padding:0 1rem;color:#222}\
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:92rem;margin:2rem auto;padding:0 1rem;color:#222}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px}td,th{padding:.15rem .6rem;\
 text-align:right;border-bottom:1px solid #ddd}td:first-child,th:first-child,td:nth-child(2),th:nth-child(2){text-align:\
-left}tr.first td{border-top:2px solid #bbb}img,svg{max-width:100%;height:auto}img{image-rendering:pixelated}\
+left}tr.first td{border-top:2px solid #bbb}tr.groups th{text-align:center;border-bottom:none;color:#555;\
+border-left:8px solid #fff;border-right:8px solid #fff;background:#f1f3f5}img,svg{max-width:100%;height:auto}img{image-rendering:pixelated;display:block;margin:.3rem 0}\
 h2{font-size:1.15rem;margin:2rem 0 .4rem}h3{font-size:1rem;margin:1.2rem 0 .2rem}.note{color:#555}";
+
+/// Above the heads of [`COLUMNS`].
+const GROUPS: &str = "<tr class=\"groups\"><th></th><th></th><th colspan=\"2\">speed</th><th colspan=\"4\">picture against strict</th>\
+<th colspan=\"3\">t of camera hits</th><th colspan=\"3\">their point</th><th colspan=\"2\">camera hits</th>\
+<th colspan=\"2\">with POV-Ray</th></tr>\n";
 
 /// Plot, tables, pictures, machine.
 pub fn page(run: &Run, plot: &str) -> String {
@@ -20,9 +27,9 @@ pub fn page(run: &Run, plot: &str) -> String {
          colour is a scene; f, e and s are octray's fast, exact and strict, 1 is exact with every ray walking the tree by itself, o the oracle, POV is POV-Ray, whose speed \
          is octray's number of rays over POV-Ray's time. Further right is faster, further down is nearer to strict; \
          the bottom line stands for no difference at all.</p>\n<h2>By scene and mode</h2>\n<p class=\"note\">Seconds \
-         of tracing alone. Errors of pictures against strict, in linear light; <em>t</em>: relative error of the \
-         distance of camera hits against strict; <em>with POV-Ray</em>: share of pixels off edges within 2e-3 of \
-         POV-Ray's picture.</p>\n<table><tr><th>scene</th><th>mode</th>",
+         of tracing alone. Errors of pictures are in linear light; <em>t</em> is the relative error of the distance of \
+         camera hits, <em>point</em> that of their place, as a share of the distance. <em>Within 2e-3</em>: share of \
+         pixels off edges that are as near to POV-Ray's picture.</p>\n<table>{GROUPS}<tr><th>scene</th><th>mode</th>",
         escaped(&run.machine.told())
     );
     COLUMNS.iter().for_each(|column| page += &format!("<th>{column}</th>"));
@@ -36,34 +43,68 @@ pub fn page(run: &Run, plot: &str) -> String {
             page += "</tr>\n";
         }
     }
-    page += "</table>\n<h2>Rays</h2>\n<p class=\"note\">Rays of exact by kind, in thousands, and millions of camera \
-             rays a second, traced eight at a time and one by one.</p>\n<table><tr><th>scene</th><th></th>\
-             <th>camera</th><th>shadow</th><th>reflected</th><th>refracted</th><th>packets, Mrays/s</th>\
-             <th>single, Mrays/s</th></tr>\n";
-    for scene in &run.scenes {
-        let rays = &scene.rays;
-        let _ = write!(page, "<tr><td>{}</td><td></td>", escaped(&scene.scene));
-        for count in [rays.camera, rays.shadow, rays.reflect, rays.refract] {
-            let _ = write!(page, "<td>{:.1}</td>", count as f64 * 1e-3);
-        }
-        let _ =
-            writeln!(page, "<td>{:.2}</td><td>{:.2}</td></tr>", scene.camera_packets, scene.camera_single);
-    }
     page += "</table>\n";
+    page += &ray_tables(run);
     page += &lane_table(run);
     let _ = writeln!(
         page,
-        "<h2>Pictures</h2>\n<p class=\"note\">Strict, the difference times {AMPLIFY}, and fast.</p>"
+        "<h2>Pictures</h2>\n<p class=\"note\">Strict, the difference times {AMPLIFY}, and fast; below POV-Ray's, the \
+         difference times {AMPLIFY}, and exact.</p>"
     );
     for scene in &run.scenes {
         let _ = writeln!(
             page,
-            "<h3>{}</h3><img alt=\"\" src=\"data:image/png;base64,{}\">",
+            "<h3>{}</h3>{}{}",
             escaped(&scene.scene),
-            base64(&scene.strip)
+            image(&scene.strip),
+            scene.povray_strip.as_deref().map(image).unwrap_or_default()
         );
     }
     page + "</body></html>\n"
+}
+
+fn image(png: &[u8]) -> String {
+    format!("<img alt=\"\" src=\"data:image/png;base64,{}\">", base64(png))
+}
+
+/// How many rays of each kind a picture takes, and how fast each kind is.
+fn ray_tables(run: &Run) -> String {
+    let mut tables = String::from(
+        "<h2>Rays</h2>\n<p class=\"note\">Rays of exact by kind, in thousands.</p>\n<table><tr><th>scene</th><th></th>\
+         <th>camera</th><th>shadow</th><th>reflected</th><th>refracted</th></tr>\n",
+    );
+    for scene in &run.scenes {
+        let rays = &scene.rays;
+        // Writing to a string cannot fail.
+        let _ = write!(tables, "<tr><td>{}</td><td></td>", escaped(&scene.scene));
+        for count in [rays.camera, rays.shadow, rays.reflect, rays.refract] {
+            let _ = write!(tables, "<td>{:.1}</td>", count as f64 * 1e-3);
+        }
+        tables += "</tr>\n";
+    }
+    tables += "</table>\n<p class=\"note\">Millions of rays a second by kind, to their hits, without shading: a square of \
+               camera rays, from their hits to the first light, mirrored there, and scattered there by the cosine; eight \
+               at a time (packets) and one by one (single).</p>\n<table><tr><th>scene</th><th>mode</th>";
+    KINDS.iter().for_each(|kind| {
+        WALKS.iter().for_each(|(walk, _)| tables += &format!("<th>{kind}, {walk}</th>"));
+    });
+    tables += "</tr>\n";
+    for scene in &run.scenes {
+        for (number, walks) in scene.walks.chunks(WALKS.len()).enumerate() {
+            let class = if number == 0 { " class=\"first\"" } else { "" };
+            let precision = walks.first().map_or("", |walk| walk.precision);
+            let _ = write!(tables, "<tr{class}><td>{}</td><td>{precision}</td>", escaped(&scene.scene));
+            for kind in 0..KINDS.len() {
+                for walk in walks {
+                    let cell =
+                        walk.mrays_per_s[kind].map_or_else(|| "-".into(), |speed| format!("{speed:.2}"));
+                    let _ = write!(tables, "<td>{cell}</td>");
+                }
+            }
+            tables += "</tr>\n";
+        }
+    }
+    tables + "</table>\n"
 }
 
 /// How full the lanes are, where there are lanes.

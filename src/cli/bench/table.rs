@@ -1,12 +1,12 @@
 //! The figures as lines for a terminal and as CSV.
 
-use super::measure::{Measured, Mode};
+use super::measure::{HitErrors, Measured, Mode};
 use crate::cli::crosscheck::shortened;
 use std::fmt::Write;
 
 /// Above the lines.
 pub const HEAD: &str = "\
-scene          mode     trace s  Mrays/s | against strict: rmse    p99.9      max   >1/255 | t of camera hits: median    p99.9      max  missed  false | POV-Ray, off edges <=2e-3";
+scene          mode     trace s  Mrays/s | against strict: rmse    p99.9      max   >1/255 | t of camera hits: median    p99.9      max point max  missed  false | POV-Ray, off edges <=2e-3";
 
 /// Below the lines.
 pub const FOOT: &str = "\
@@ -17,14 +17,14 @@ are octray's rays for the same picture over POV-Ray's time.";
 pub fn lines(measured: &Measured) -> String {
     let mut text = String::new();
     for mode in &measured.modes {
-        let cells = cells(mode);
-        let [time, speed, rmse, p999, max, over, t_median, t_p999, t_max, missed, false_hits, povray] =
-            &cells;
+        let [time, speed, rmse, p999, max, over] = &speed_and_picture(mode);
+        let [t_median, t_p999, t_max, _, _, point_max, missed, false_hits] = &camera_hits(mode);
+        let [povray, _] = &with_povray(mode);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "{:14} {:8} {time:>7} {speed:>8} | {rmse:>20} {p999:>8} {max:>8} {over:>8} | {t_median:>24} {t_p999:>8} \
-             {t_max:>8} {missed:>7} {false_hits:>6} | {povray:>12}",
+             {t_max:>8} {point_max:>9} {missed:>7} {false_hits:>6} | {povray:>12}",
             shortened(&measured.scene, 14),
             mode.name,
         );
@@ -33,12 +33,16 @@ pub fn lines(measured: &Measured) -> String {
 }
 
 /// In the order of [`COLUMNS`], behind scene and mode.
-pub fn cells(mode: &Mode) -> [String; 12] {
+pub fn cells(mode: &Mode) -> Vec<String> {
+    [&speed_and_picture(mode)[..], &camera_hits(mode), &with_povray(mode)].concat()
+}
+
+fn error(x: f64) -> String {
+    if x == 0.0 { "0".into() } else { format!("{x:.1e}") }
+}
+
+fn speed_and_picture(mode: &Mode) -> [String; 6] {
     let picture = &mode.against_strict.all;
-    let error = |x: f64| if x == 0.0 { "0".into() } else { format!("{x:.1e}") };
-    let hits = |figure: &dyn Fn(&super::measure::HitErrors) -> String| {
-        mode.hits.as_ref().map_or_else(|| "-".into(), figure)
-    };
     [
         format!("{:.3}", mode.trace_s),
         format!("{:.2}", mode.mrays_per_s),
@@ -46,31 +50,42 @@ pub fn cells(mode: &Mode) -> [String; 12] {
         error(picture.p999),
         error(picture.max),
         format!("{:.3} %", picture.over_1_255 * 100.0),
-        hits(&|h| error(h.t.median)),
-        hits(&|h| error(h.t.p999)),
-        hits(&|h| error(h.t.max)),
-        hits(&|h| h.misses.to_string()),
-        hits(&|h| h.false_hits.to_string()),
-        mode.against_povray
-            .as_ref()
-            .map_or_else(|| "-".into(), |c| format!("{:.3} %", c.off_edges.within * 100.0)),
     ]
 }
 
-/// Heads of [`cells`].
-pub const COLUMNS: [&str; 12] = [
+fn camera_hits(mode: &Mode) -> [String; 8] {
+    let Some(HitErrors { t, point, misses, false_hits, .. }) = &mode.hits else {
+        return std::array::from_fn(|_| "-".into());
+    };
+    let [a, b, c, d, e, f] = [t.median, t.p999, t.max, point.median, point.p999, point.max].map(error);
+    [a, b, c, d, e, f, misses.to_string(), false_hits.to_string()]
+}
+
+fn with_povray(mode: &Mode) -> [String; 2] {
+    mode.against_povray.as_ref().map_or_else(
+        || ["-".into(), "-".into()],
+        |c| [format!("{:.3} %", c.off_edges.within * 100.0), error(c.all.rmse)],
+    )
+}
+
+/// Heads of [`cells`], under those of their groups.
+pub const COLUMNS: [&str; 16] = [
     "trace s",
     "Mrays/s",
     "rmse",
     "p99.9",
     "max",
     "over 1/255",
-    "t median",
-    "t p99.9",
-    "t max",
+    "median",
+    "p99.9",
+    "max",
+    "median",
+    "p99.9",
+    "max",
     "missed",
     "false hits",
-    "with POV-Ray",
+    "within 2e-3",
+    "rmse",
 ];
 
 /// Mean lanes of eight, in the order of [`LANE_COLUMNS`], behind scene and mode; `None` where there are none.
@@ -93,7 +108,8 @@ pub const LANE_COLUMNS: [&str; 7] = ["box", "leaf", "camera", "shadow", "reflect
 /// One line a scene and mode, numbers in full.
 pub fn csv(scenes: &[Measured]) -> String {
     let mut text = String::from(
-        "scene,mode,trace_s,mrays_per_s,rmse,p999,max,over_1_255,t_median,t_p999,t_max,point_max,misses,false_hits,\
+        "scene,mode,trace_s,mrays_per_s,rmse,p999,max,over_1_255,t_median,t_p999,t_max,\
+         point_median,point_p999,point_max,misses,false_hits,\
          povray_rmse,povray_off_edges_within",
     );
     LANE_COLUMNS.iter().for_each(|column| text += &format!(",lanes_{column}"));
@@ -117,11 +133,18 @@ pub fn csv(scenes: &[Measured]) -> String {
                 Some(h) => {
                     let _ = write!(
                         text,
-                        ",{},{},{},{},{},{}",
-                        h.t.median, h.t.p999, h.t.max, h.point.max, h.misses, h.false_hits
+                        ",{},{},{},{},{},{},{},{}",
+                        h.t.median,
+                        h.t.p999,
+                        h.t.max,
+                        h.point.median,
+                        h.point.p999,
+                        h.point.max,
+                        h.misses,
+                        h.false_hits
                     );
                 }
-                None => text.push_str(",,,,,,"),
+                None => text.push_str(",,,,,,,,"),
             }
             match &mode.against_povray {
                 Some(c) => {
