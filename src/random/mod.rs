@@ -6,8 +6,9 @@
 //!
 //! A scene can be asked for in other words: the right picture depends on none of the declarations that follow, and a
 //! renderer whose picture does contradicts itself. All lengths are multiples of `U`, 1 unless declared from outside; opaque
-//! colours have `transmit T`, 0 unless declared; the eye is moved by `EYE`, 0 unless declared; and with `MESHED` declared
-//! each triangle by itself is a mesh of one.
+//! colours have `transmit T`, 0 unless declared; the eye is moved by `EYE`, 0 unless declared; polynomials are written in
+//! units of which `P` are 1, 1 unless declared; with `STURM` declared quartics and cubics say `sturm`; and with `MESHED`
+//! declared each triangle by itself is a mesh of one.
 
 mod look;
 mod polynomial;
@@ -93,6 +94,7 @@ pub fn scene(seed: u64) -> String {
     let r = &mut Random::new(seed);
     let mut text = format!("// Random scene {seed}.\n#version 3.7;\n#ifndef (U) #declare U = 1; #end\n");
     text += "#ifndef (T) #declare T = 0; #end\n#ifndef (EYE) #declare EYE = 0; #end\n";
+    text += "#ifndef (P) #declare P = 1; #end\n";
     // Writing to a string cannot fail.
     let _ =
         writeln!(text, "global_settings {{ assumed_gamma {} }}", if r.chance(0.1) { "2.2" } else { "1.0" });

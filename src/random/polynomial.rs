@@ -1,6 +1,12 @@
 //! Random polynomial surfaces: closed ones as they are, endless ones clipped.
+//!
+//! Each is written in units of its own, `P` of which are 1: the surface is the same for every `P`, while what a solver holds
+//! against fixed numbers is not.
 
 use super::{Random, l, n, p, v};
+
+/// By POV-Ray's other solver, where there is a choice.
+const STURM: &str = "#ifdef (STURM) sturm #end";
 
 /// Not closed, for more to be said of it. All are drawn about the middle in units of 1 and lie within 2 `U` of it.
 pub fn polynomial(r: &mut Random) -> String {
@@ -13,7 +19,7 @@ pub fn polynomial(r: &mut Random) -> String {
                 3 => sparse(r, 1.0),
                 _ => sparse(r, 0.5),
             });
-            clipped(r, &format!("cubic {{ {terms}"))
+            clipped(r, &format!("cubic {{ {terms} {STURM}"))
         }
         3 => {
             // A drop along x from 0 to its length, pointed at 0.
@@ -24,7 +30,7 @@ pub fn polynomial(r: &mut Random) -> String {
                 [0, 2, 0] | [0, 0, 2] => width,
                 _ => 0.0,
             });
-            format!("quartic {{ {terms} scale U translate {}", p([-0.5 * length, 0.0, 0.0]))
+            format!("quartic {{ {terms} {STURM} scale U/P translate {}", p([-0.5 * length, 0.0, 0.0]))
         }
         4 => {
             // Goursat's surface: eight bulbs, joined or apart.
@@ -35,7 +41,7 @@ pub fn polynomial(r: &mut Random) -> String {
                 (0, _) => swelling,
                 _ => 0.0,
             });
-            format!("quartic {{ {terms} scale {}", l(r.between(0.3, 0.5)))
+            format!("quartic {{ {terms} {STURM} scale {}/P", l(r.between(0.3, 0.5)))
         }
         5 => {
             let terms = terms(5, |_, degree| match degree {
@@ -54,7 +60,7 @@ pub fn polynomial(r: &mut Random) -> String {
                 (0, _) => -r.between(0.3, 1.0),
                 _ => 0.0,
             });
-            format!("poly {{ 6, {terms} scale U")
+            format!("poly {{ 6, {terms} scale U/P")
         }
     }
 }
@@ -65,11 +71,16 @@ fn terms(order: usize, mut coefficient: impl FnMut([usize; 3], usize) -> f64) ->
     for i in (0..=order).rev() {
         for j in (0..=order - i).rev() {
             for k in (0..=order - i - j).rev() {
-                list.push(n(coefficient([i, j, k], i + j + k)));
+                list.push(term(coefficient([i, j, k], i + j + k), order - i - j - k));
             }
         }
     }
     format!("<{}>", list.join(", "))
+}
+
+/// A coefficient `c`, whose term lacks `below` of the order.
+fn term(c: f64, below: usize) -> String {
+    if below == 0 || c == 0.0 { n(c) } else { format!("{}*pow(P, {below})", n(c)) }
 }
 
 /// 0 as often as not.
@@ -81,13 +92,15 @@ fn sparse(r: &mut Random, reach: f64) -> f64 {
 fn ellipsoid(r: &mut Random) -> String {
     let squares = [(); 3].map(|()| r.between(1.0, 4.0));
     let (mixed, linear) = (r.point(0.9), r.point(0.3));
-    format!("quadric {{ {}, {}, {}, {} scale U", v(squares), v(mixed), v(linear), n(-r.between(0.3, 1.0)))
+    let constant = term(-r.between(0.3, 1.0), 2);
+    format!("quadric {{ {}, {}, {}*P, {constant} scale U/P", v(squares), v(mixed), v(linear))
 }
 
 /// Of one sheet, of two, or nearly a cone.
 fn hyperboloid(r: &mut Random) -> String {
     let squares = [r.between(1.0, 4.0), -r.between(0.5, 2.0), r.between(1.0, 4.0)];
-    let text = format!("quadric {{ {}, {}, 0, {}", v(squares), v(r.point(0.3)), n(r.between(-0.4, 0.2)));
+    let mixed = r.point(0.3);
+    let text = format!("quadric {{ {}, {}, 0, {}", v(squares), v(mixed), term(r.between(-0.4, 0.2), 2));
     clipped(r, &text)
 }
 
@@ -99,5 +112,5 @@ fn clipped(r: &mut Random, text: &str) -> String {
     } else {
         format!("box {{ {}, {} }}", p([-reach; 3]), p([reach; 3]))
     };
-    format!("{text} scale U clipped_by {{ {cutter} }}")
+    format!("{text} scale U/P clipped_by {{ {cutter} }}")
 }

@@ -11,9 +11,10 @@ use std::fmt;
 pub enum Verdict {
     /// No pixel differs.
     Agrees,
-    /// Only pixels on edges of POV-Ray's picture differ, where a last bit decides what is seen.
+    /// Only pixels on edges of POV-Ray's picture differ, where a last bit decides what is seen; of random scenes, on edges
+    /// of both pictures.
     Silhouettes,
-    /// Some pixels off edges differ, and POV-Ray's own become octray's if the eye is moved by 1e-7: low edges, where a last
+    /// Some other pixels differ, and POV-Ray's own become octray's if the eye is moved by 1e-7: low edges, where a last
     /// bit decides too.
     LastDigits {
         /// How many.
