@@ -6,7 +6,7 @@ use super::machine::{Lexeme, Machine, Res, Stop};
 use super::value::{Lacks, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::reference;
-use crate::scene::function::{Binary, Callee, Component, Op, Operand, Surroundings, Unary};
+use crate::scene::function::{Binary, Callee, Component, Op, Operand, Sign, Surroundings, Unary};
 use crate::scene::{Function, Pigment, internal};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -324,18 +324,7 @@ impl Machine<'_> {
             K::Div => Binary::Quotient,
             K::Min => Binary::Min,
             K::Max => Binary::Max,
-            K::Select => {
-                self.next()?;
-                let nodes = self.body_arguments(draft)?;
-                let (v, negative, zero, positive) = match nodes[..] {
-                    [v, negative, other] => (v, negative, other, other),
-                    [v, negative, zero, positive] => (v, negative, zero, positive),
-                    _ => return Err(self.error_here("`select` wants 3 or 4 arguments")),
-                };
-                let out = self.register(draft)?;
-                draft.function.ops.push(Op::Select { out, v, negative, zero, positive });
-                return Ok(Operand::Register(out));
-            }
+            K::Select => return self.body_select(draft),
             K::Sum | K::Prod => return self.body_series(word == K::Prod, draft),
             _ => {
                 return match self.builtin(word)? {
@@ -354,6 +343,45 @@ impl Machine<'_> {
             left = self.op_two(draft, f, left, right)?;
         }
         Ok(left)
+    }
+
+    /// `select(v, negative, other)` or `select(v, negative, zero, positive)`.
+    fn body_select(&mut self, draft: &mut Draft) -> Res<Operand> {
+        self.next()?;
+        self.expect(Mark::OpenParen)?;
+        let v = self.body_logical(draft)?;
+        self.comma()?;
+        // Each choice with the `When` before its steps, if it has any: only the last knows what it is a choice for.
+        let mut choices: SmallVec<[(Operand, Option<usize>); 3]> = SmallVec::new();
+        while self.peek()? != Token::Mark(Mark::CloseParen) {
+            let when = draft.function.ops.len();
+            draft.function.ops.push(Op::When { v, sign: Sign::Negative, steps: 0 });
+            let choice = self.body_logical(draft)?;
+            let count = draft.function.ops.len() - when - 1;
+            if count == 0 {
+                draft.function.ops.pop();
+            } else if let Op::When { steps, .. } = &mut draft.function.ops[when] {
+                *steps = count as u32;
+            }
+            choices.push((choice, (count > 0).then_some(when)));
+            self.comma()?;
+        }
+        self.next()?;
+        let (signs, [negative, zero, positive]): (&[Sign], _) = match choices[..] {
+            [(negative, _), (other, _)] => (&[Sign::Negative, Sign::NotNegative], [negative, other, other]),
+            [(negative, _), (zero, _), (positive, _)] => {
+                (&[Sign::Negative, Sign::Zero, Sign::Positive], [negative, zero, positive])
+            }
+            _ => return Err(self.error_here("`select` wants 3 or 4 arguments")),
+        };
+        for ((_, when), own) in choices.iter().zip(signs) {
+            if let Some(Op::When { sign, .. }) = when.map(|when| &mut draft.function.ops[when]) {
+                *sign = *own;
+            }
+        }
+        let out = self.register(draft)?;
+        draft.function.ops.push(Op::Select { out, v, negative, zero, positive });
+        Ok(Operand::Register(out))
     }
 
     fn body_exactly<const N: usize>(&mut self, draft: &mut Draft, word: Keyword) -> Res<[Operand; N]> {

@@ -1,9 +1,10 @@
 //! Functions of floats, compiled: `function { ... }` (manual section 3.1.7).
 //!
-//! A function is a straight list of operations over registers, each written once. Choices are made by [`Op::Select`] among
-//! values that are all computed, so that the same list can be run at eight points at a time, a register being eight numbers;
-//! only [`Op::Series`] loops. Here it is run at one point, in f64.
+//! A function is a straight list of operations over registers, each written at one place. [`Op::Select`] chooses among values
+//! and [`Op::When`] skips the steps that only a choice not taken needs, so that the same list can be run at eight points at
+//! a time, a register being eight numbers; only [`Op::Series`] loops. Here it is run at one point, in f64.
 
+use super::number::Number;
 use super::{Spline, Transform, internal};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -45,10 +46,37 @@ pub enum Op {
     Two { out: u16, f: Binary, a: Operand, b: Operand },
     /// `out` is the value for `v < 0`, `v = 0` or `v > 0`.
     Select { out: u16, v: Operand, negative: Operand, zero: Operand, positive: Operand },
+    /// The next `steps` steps are needed only where `v` has this sign.
+    When { v: Operand, sign: Sign, steps: u32 },
     /// `out` is a component of what is called.
     Call { out: u16, callee: Box<Callee>, arguments: SmallVec<[Operand; 4]>, component: Component },
     /// The next `body` steps are run for `variable` from `from` to `to` by 1; `out` is the sum or product of `term`.
     Series { out: u16, product: bool, variable: u16, from: Operand, to: Operand, body: u32, term: Operand },
+}
+
+/// Which values of a number a choice is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// Below 0.
+    Negative,
+    /// 0, and what is no number.
+    Zero,
+    /// Above 0.
+    Positive,
+    /// All but those below 0.
+    NotNegative,
+}
+
+impl Sign {
+    /// True of a number of this sign.
+    pub fn is_of(self, v: f64) -> bool {
+        match self {
+            Self::Negative => v < 0.0,
+            Self::Zero => v == 0.0 || v.is_nan(),
+            Self::Positive => v > 0.0,
+            Self::NotNegative => !(v < 0.0),
+        }
+    }
 }
 
 /// What a function can call.
@@ -137,8 +165,8 @@ functions! {
     Remainder |a: f64, b: f64| a % b;
     Quotient |a: f64, b: f64| (a / b).trunc();
     Atan2 f64::atan2;
-    Min f64::min;
-    Max f64::max;
+    Min Number::smaller;
+    Max Number::larger;
     And |a: f64, b: f64| f64::from(a != 0.0 && b != 0.0);
     Or |a: f64, b: f64| f64::from(a != 0.0 || b != 0.0);
     Less |a: f64, b: f64| f64::from(a < b);
@@ -150,7 +178,7 @@ functions! {
 }
 
 /// Floats nearer than this are equal (measured: 1e-11 is, 1e-9 is not).
-const EQUAL_WITHIN: f64 = 1e-10;
+pub const EQUAL_WITHIN: f64 = 1e-10;
 
 /// Division; by zero it gives infinity, whatever the signs (measured).
 fn divided(a: f64, b: f64) -> f64 {
@@ -179,26 +207,34 @@ impl Function {
         }
         let mut registers: SmallVec<[f64; 24]> = SmallVec::from_elem(0.0, self.registers);
         registers[..self.params].copy_from_slice(arguments);
-        self.run(0..self.ops.len(), &mut registers, around)?;
-        Some(read(self.result, &registers))
-    }
-
-    fn run(
-        &self,
-        range: std::ops::Range<usize>,
-        registers: &mut [f64],
-        around: &mut Surroundings,
-    ) -> Option<()> {
-        let mut next = range.start;
-        while next < range.end {
+        let mut turns: SmallVec<[Turns; 2]> = SmallVec::new();
+        let mut next = 0;
+        loop {
+            // The end of a series' turn: on to the next turn, or behind it.
+            while let Some(series) = turns.last_mut().filter(|series| series.end == next) {
+                let Op::Series { out, product, variable, term, .. } = self.ops[series.head] else {
+                    return None;
+                };
+                let term = read(term, &registers);
+                series.value = if product { series.value * term } else { series.value + term };
+                series.at += 1.0;
+                if series.at <= series.to {
+                    around.steps = around.steps.checked_sub(1)?;
+                    registers[usize::from(variable)] = series.at;
+                    next = series.head + 1;
+                } else {
+                    registers[usize::from(out)] = series.value;
+                    turns.pop();
+                }
+            }
+            let Some(op) = self.ops.get(next) else { return Some(read(self.result, &registers)) };
             around.steps = around.steps.checked_sub(1)?;
-            let op = &self.ops[next];
             next += 1;
             let (out, value) = match *op {
-                Op::One { out, f, a } => (out, f.apply(read(a, registers))),
-                Op::Two { out, f, a, b } => (out, f.apply(read(a, registers), read(b, registers))),
+                Op::One { out, f, a } => (out, f.apply(read(a, &registers))),
+                Op::Two { out, f, a, b } => (out, f.apply(read(a, &registers), read(b, &registers))),
                 Op::Select { out, v, negative, zero, positive } => {
-                    let v = read(v, registers);
+                    let v = read(v, &registers);
                     let choice = if v < 0.0 {
                         negative
                     } else if v > 0.0 {
@@ -206,33 +242,45 @@ impl Function {
                     } else {
                         zero
                     };
-                    (out, read(choice, registers))
+                    (out, read(choice, &registers))
+                }
+                Op::When { v, sign, steps } => {
+                    if !sign.is_of(read(v, &registers)) {
+                        next += steps as usize;
+                    }
+                    continue;
                 }
                 Op::Call { out, ref callee, ref arguments, component } => {
                     let arguments: SmallVec<[f64; 8]> =
-                        arguments.iter().map(|a| read(*a, registers)).collect();
+                        arguments.iter().map(|a| read(*a, &registers)).collect();
                     (out, component.of(&callee.values(&arguments, around)?))
                 }
-                Op::Series { out, product, variable, from, to, body, term } => {
-                    let (mut at, to) = (read(from, registers), read(to, registers));
-                    let body = next..next + body as usize;
-                    next = body.end;
-                    let mut value = f64::from(u8::from(product));
-                    while at <= to {
+                Op::Series { out, product, variable, from, to, body, .. } => {
+                    let (at, to) = (read(from, &registers), read(to, &registers));
+                    let (head, end) = (next - 1, next + body as usize);
+                    let value = f64::from(u8::from(product));
+                    if at <= to {
                         around.steps = around.steps.checked_sub(1)?;
-                        registers[usize::from(variable)] = at;
-                        self.run(body.clone(), registers, around)?;
-                        let term = read(term, registers);
-                        value = if product { value * term } else { value + term };
-                        at += 1.0;
+                        turns.push(Turns { head, end, at, to, value });
+                        (variable, at)
+                    } else {
+                        next = end;
+                        (out, value)
                     }
-                    (out, value)
                 }
             };
             registers[usize::from(out)] = value;
         }
-        Some(())
     }
+}
+
+/// A series under way: its step, the step behind its body, the variable, its last value, and the result so far.
+struct Turns {
+    head: usize,
+    end: usize,
+    at: f64,
+    to: f64,
+    value: f64,
 }
 
 fn read(operand: Operand, registers: &[f64]) -> f64 {

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// Steps of a function at one point; one that takes more counts as 0, so that none hangs.
-const FUNCTION_STEPS: u64 = 10_000_000;
+pub const FUNCTION_STEPS: u64 = 10_000_000;
 
 /// Patterns that give a number.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,10 +3,12 @@
 //! Textures that differ only in plain colours share one [`Program`], so that a city of a thousand colours still fills its
 //! lanes: the colours are read per lane.
 
+mod function;
 mod pattern;
 mod program;
 mod table;
 
+pub use function::values as function_values;
 pub use pattern::PatternProgram;
 pub use program::{Colors, LayerProgram, PigmentProgram, Program};
 pub use table::{TextureBuilder, TextureRow, TextureTable};

@@ -1,7 +1,8 @@
 //! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
 
-use super::Colors;
+use super::{Colors, function};
 use crate::lane::{Lane, Mask, Scalar, Vec3, f64x8};
+use crate::scene::pattern::FUNCTION_STEPS;
 use crate::scene::{BlockPattern, Color, ColorMap, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
 
@@ -80,6 +81,9 @@ impl PatternProgram {
                 let p = self.to_pattern(point);
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
+                    Pattern::Function(function) => {
+                        L::from_f64s(function::values(function, p.cast(), FUNCTION_STEPS))
+                    }
                     // Lane by lane: noise looks up tables at every corner of a cell.
                     other => L::from_fn(|k| L::Scalar::from_f64(other.value(p.lane(k)))),
                 };

@@ -1,0 +1,88 @@
+//! What a formula over numbers needs, so that it is written once for one point and for many at a time.
+//!
+//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation rounds as f64's own does, so that every
+//! kind of number comes to the same bits.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// One number, or one at each of several points.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A constant.
+    fn lit(value: f64) -> Self;
+    /// Square root, correctly rounded; NaN below zero.
+    fn sqrt(self) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// `yes` where `self < other`, `no` elsewhere and where either is NaN.
+    fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
+    /// `f` point by point: for what has no form of its own.
+    fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self;
+
+    /// `f` point by point, of one number.
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::each([self], |[a]| f(a))
+    }
+
+    /// The smaller; `self` where either is NaN.
+    fn smaller(self, other: Self) -> Self {
+        other.if_less(self, other, self)
+    }
+
+    /// The larger; `self` where either is NaN.
+    fn larger(self, other: Self) -> Self {
+        self.if_less(other, other, self)
+    }
+
+    /// Not below `-limit` nor above `limit`; NaN stays.
+    fn within(self, limit: Self) -> Self {
+        self.larger(-limit).smaller(limit)
+    }
+
+    /// Its second power.
+    fn squared(self) -> Self {
+        self * self
+    }
+
+    /// Its third power.
+    fn cubed(self) -> Self {
+        self * self * self
+    }
+
+    /// `self^exponent`.
+    fn power(self, exponent: Self) -> Self {
+        Self::each([self, exponent], |[a, b]| a.powf(b))
+    }
+}
+
+impl Number for f64 {
+    fn lit(value: f64) -> Self {
+        value
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    fn if_less(self, other: Self, yes: Self, no: Self) -> Self {
+        if self < other { yes } else { no }
+    }
+    fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
+        f(arguments)
+    }
+}
+
+/// The length of a vector, by the sum of its squares.
+pub fn length<T: Number>([x, y, z]: [T; 3]) -> T {
+    (x * x + y * y + z * z).sqrt()
+}
