@@ -526,3 +526,21 @@ mod crosscheck {
         assert_eq!(code, 2, "{message}");
     }
 }
+
+/// A CPU of 2008 (emulated, where QEMU is installed) gets advice, not an illegal instruction.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+#[test]
+fn a_cpu_that_is_too_old_is_told_so() {
+    let mut command = Command::new("qemu-x86_64");
+    let run = command.args(["-cpu", "Nehalem", env!("CARGO_BIN_EXE_octray"), "--version"]).output();
+    let Ok(output) = run else {
+        eprintln!("qemu-x86_64 is not installed: not tried");
+        return;
+    };
+    let (code, message) = told(&output);
+    assert!(
+        message.contains("this CPU has no AVX, FMA") && message.contains("target-cpu=native"),
+        "{message}"
+    );
+    assert_eq!((code, said(&output).as_str()), (3, ""));
+}

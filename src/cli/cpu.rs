@@ -1,76 +1,100 @@
-//! Before anything is traced: can this CPU run what the compiler made?
+//! Before anything else: can this CPU run what the compiler made?
 //!
 //! `wide` chooses its instructions when it is compiled, and `.cargo/config.toml` asks for those of x86-64-v3. A CPU
-//! without them would die of an illegal instruction without saying why.
+//! without them would die of an illegal instruction without saying why, and so would most of this program's own code. The
+//! check must not use what it asks for: no formatting, no collections, nothing that the compiler could turn into lanes.
 
-use super::Failure;
+/// Ends the process with advice if the CPU lacks an instruction set that this build uses.
+#[inline(never)]
+pub fn refuse_if_too_old() {
+    #[cfg(target_arch = "x86_64")]
+    x86::refuse_if_too_old();
+}
 
-/// Fails with advice if the CPU lacks an instruction set that this build uses; warns if the build leaves lanes unused.
-#[cfg(target_arch = "x86_64")]
-pub fn check() -> Result<(), Failure> {
-    let cpu = raw_cpuid::CpuId::new();
-    let basic = cpu.get_feature_info();
-    let extended = cpu.get_extended_feature_info();
-    let has = |yes: Option<bool>| yes.unwrap_or(false);
-    // (name, does this build use it, does this CPU have it)
-    let sets = [
-        ("AVX", cfg!(target_feature = "avx"), has(basic.as_ref().map(|f| f.has_avx()))),
-        ("FMA", cfg!(target_feature = "fma"), has(basic.as_ref().map(|f| f.has_fma()))),
-        ("F16C", cfg!(target_feature = "f16c"), has(basic.as_ref().map(|f| f.has_f16c()))),
-        ("AVX2", cfg!(target_feature = "avx2"), has(extended.as_ref().map(|f| f.has_avx2()))),
-        ("BMI1", cfg!(target_feature = "bmi1"), has(extended.as_ref().map(|f| f.has_bmi1()))),
-        ("BMI2", cfg!(target_feature = "bmi2"), has(extended.as_ref().map(|f| f.has_bmi2()))),
-    ];
-    if let Some(message) = missing(&sets) {
-        return Err(Failure::Machine(message));
-    }
-    let [_, fma, _, avx2, ..] = sets;
-    if !(fma.1 && avx2.1) && fma.2 && avx2.2 {
+/// Warns if the build leaves lanes of this CPU unused.
+pub fn warn_if_too_plain() {
+    #[cfg(target_arch = "x86_64")]
+    if !cfg!(all(target_feature = "avx2", target_feature = "fma")) && x86::has_wide_lanes() {
         eprintln!(
-            "warning: built without AVX2 and FMA, which this CPU has: rendering will be several times slower \
-             than `{BUILD_HERE}` makes it"
+            "warning: built without AVX2 and FMA, which this CPU has: rendering will be several times slower than \
+             `{}` makes it",
+            x86::BUILD_HERE
         );
     }
-    Ok(())
 }
 
-/// Other processors have one set of lanes, and `wide` uses it.
-#[cfg(not(target_arch = "x86_64"))]
-pub fn check() -> Result<(), Failure> {
-    Ok(())
-}
-
-/// `RUSTFLAGS` overrides what `.cargo/config.toml` pins.
+/// What CPUID says. Other processors have one set of lanes, and `wide` uses it.
 #[cfg(target_arch = "x86_64")]
-const BUILD_HERE: &str = "RUSTFLAGS='-C target-cpu=native' cargo build --release";
+mod x86 {
+    use raw_cpuid::native_cpuid::cpuid_count;
+    use std::io::Write;
 
-#[cfg(target_arch = "x86_64")]
-fn missing(sets: &[(&str, bool, bool)]) -> Option<String> {
-    let names: Vec<_> =
-        sets.iter().filter(|(_, used, there)| *used && !there).map(|(name, ..)| *name).collect();
-    if names.is_empty() {
-        return None;
-    }
-    Some(format!(
-        "this octray was built for CPUs with AVX2 and FMA (2013 and later), and this one has no {}; build it for \
-         this machine with `{BUILD_HERE}`",
-        names.join(", ")
-    ))
-}
+    /// `RUSTFLAGS` overrides what `.cargo/config.toml` pins.
+    pub const BUILD_HERE: &str = "RUSTFLAGS='-C target-cpu=native' cargo build --release";
 
-#[cfg(all(test, target_arch = "x86_64"))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn this_machine_can_run_its_own_build() {
-        assert!(check().is_ok());
+    /// Where CPUID keeps a feature.
+    #[derive(Clone, Copy)]
+    enum Leaf {
+        Basic,
+        Extended,
+        Amd,
     }
 
-    #[test]
-    fn what_is_missing_is_named_with_a_way_out() {
-        let said = missing(&[("AVX", true, true), ("AVX2", true, false), ("BMI2", false, false)]).unwrap();
-        assert!(said.contains("no AVX2;") && said.contains("target-cpu=native"), "{said}");
-        assert_eq!(missing(&[("AVX2", false, false), ("FMA", true, true)]), None);
+    /// (name, does this build use it, place, bit): Intel's manual, volume 2A, CPUID; LZCNT is ABM of AMD's.
+    macro_rules! for_each_feature {
+        ($do:ident) => {
+            $do!("AVX", "avx", Leaf::Basic, 28);
+            $do!("FMA", "fma", Leaf::Basic, 12);
+            $do!("F16C", "f16c", Leaf::Basic, 29);
+            $do!("MOVBE", "movbe", Leaf::Basic, 22);
+            $do!("AVX2", "avx2", Leaf::Extended, 5);
+            $do!("BMI1", "bmi1", Leaf::Extended, 3);
+            $do!("BMI2", "bmi2", Leaf::Extended, 8);
+            $do!("LZCNT", "lzcnt", Leaf::Amd, 5);
+        };
+    }
+
+    /// Not to be put together with its likes in lanes.
+    #[inline(never)]
+    fn has(leaf: Leaf, bit: u32) -> bool {
+        let register = match leaf {
+            Leaf::Basic => cpuid_count(1, 0).ecx,
+            Leaf::Extended if cpuid_count(0, 0).eax >= 7 => cpuid_count(7, 0).ebx,
+            Leaf::Amd if cpuid_count(0x8000_0000, 0).eax > 0x8000_0000 => cpuid_count(0x8000_0001, 0).ecx,
+            _ => 0,
+        };
+        register >> bit & 1 == 1
+    }
+
+    pub fn has_wide_lanes() -> bool {
+        has(Leaf::Basic, 12) && has(Leaf::Extended, 5)
+    }
+
+    pub fn refuse_if_too_old() {
+        let mut missing = false;
+        macro_rules! look {
+            ($name:literal, $feature:literal, $leaf:expr, $bit:literal) => {
+                if cfg!(target_feature = $feature) && !has($leaf, $bit) {
+                    say(if missing { ", " } else { "error: this CPU has no " });
+                    say($name);
+                    missing = true;
+                }
+            };
+        }
+        for_each_feature!(look);
+        if missing {
+            say(
+                "; this octray was built for CPUs with AVX2 and FMA (2013 and later): build it for this machine with `",
+            );
+            say(BUILD_HERE);
+            say("`\n");
+            std::process::exit(3);
+        }
+    }
+
+    /// The standard library is made for any x86-64.
+    #[inline(never)]
+    fn say(text: &str) {
+        let _ = std::io::stderr().write_all(text.as_bytes());
     }
 }

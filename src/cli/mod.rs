@@ -69,17 +69,20 @@ impl From<ImageError> for Failure {
     }
 }
 
-/// Runs what the arguments say.
+pub use cpu::refuse_if_too_old;
+
+/// Runs what the arguments say. Not to be mixed with what comes before it, which must run on any CPU.
+#[inline(never)]
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let done = cpu::check().and_then(|()| match cli.command {
+    cpu::warn_if_too_plain();
+    let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Rays(args) => rays::run(&args),
-    });
+    };
     let (message, code) = match done {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Scene) => return ExitCode::from(1),
