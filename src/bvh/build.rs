@@ -74,6 +74,7 @@ pub fn build<B: Scalar>(items: &[Item], kinds: usize, preset: Preset) -> (Bvh<B>
         classes: items.iter().fold(0, |classes, item| classes | item.class),
         origin: origin(&bounds),
         entry: [[B::default(); 3]; 2],
+        together: false,
     };
     let mut order = vec![Vec::new(); kinds];
     if items.is_empty() {

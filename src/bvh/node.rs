@@ -22,6 +22,8 @@ pub struct Bvh<B: Scalar> {
     pub classes: u8,
     /// The bounds relative to `origin`, widened as the boxes are: lowest and highest corner.
     pub entry: [[B; 3]; 2],
+    /// Testing one ray costs as much as testing eight for most of what is in the leaves, so rays had better stay together.
+    pub together: bool,
     /// What is subtracted from coordinates before rounding to `B`: the middle of `bounds`, or zero if that is not far.
     pub origin: DVec3,
 }

@@ -8,7 +8,7 @@
 
 use super::packet::{Bounds, Crossing, Directions, Frame, Interval, Packet, Units};
 use super::{Bvh, Child, Node, Run};
-use crate::lane::{LANES, Lane, Mask, Scalar};
+use crate::lane::{LANES, Lane, Mask, Scalar, highest};
 
 /// What the walk's owner does in leaves.
 pub trait Visit<B: Scalar> {
@@ -54,8 +54,11 @@ struct Switches {
 }
 
 impl Switches {
-    fn of(traversal: Traversal) -> Self {
+    fn of(traversal: Traversal, together: bool) -> Self {
         match traversal {
+            Traversal::Auto if together => {
+                Self { group_spread: GROUP_SPREAD, packet_spread: f64::INFINITY, least_lanes: 0 }
+            }
             Traversal::Auto => {
                 Self { group_spread: GROUP_SPREAD, packet_spread: PACKET_SPREAD, least_lanes: LEAST_LANES }
             }
@@ -106,7 +109,7 @@ pub fn walk<B: Scalar>(
     if stack.0.len() < room {
         stack.0.resize(room, Entry { near: B::default(), child: Child::NONE, who: 0 });
     }
-    let (stack, switches) = (&mut stack.0[..], Switches::of(traversal));
+    let (stack, switches) = (&mut stack.0[..], Switches::of(traversal, bvh.together));
     let mut waiting = 0u8;
     for (k, packet) in packets.iter().enumerate() {
         waiting |= u8::from(packet.live() != 0) << k;
@@ -250,15 +253,6 @@ impl Sides {
     fn far<B: Scalar>(&self, node: &Node<B>, axis: usize) -> B::Lane {
         B::Lane::from_array(node.planes[self.far[axis]])
     }
-}
-
-/// The highest lane.
-#[inline(always)]
-fn highest<L: Lane>(x: L) -> L::Scalar {
-    let lanes = x.to_array();
-    let max = |a: L::Scalar, b: L::Scalar| if b > a { b } else { a };
-    let four = [0, 1, 2, 3].map(|k| max(lanes[k], lanes[k + 4]));
-    max(max(four[0], four[2]), max(four[1], four[3]))
 }
 
 /// `x` with `value` in lane `k`, without a way through memory.

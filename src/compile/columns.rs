@@ -23,6 +23,11 @@ macro_rules! kinds {
                 match self { $(Kind::$variant => $name),* }
             }
 
+            /// True if one ray can be tested against several rows at a time.
+            pub fn tests_across(self) -> bool {
+                match self { $(Kind::$variant => <$block<f64> as Block<f64>>::ACROSS > 0),* }
+            }
+
             /// Cost of testing it against a packet, in box tests.
             pub fn cost(self) -> f32 {
                 match self { $(Kind::$variant => $cost),* }

@@ -86,6 +86,16 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
     }
 }
 
+/// True if most of what the leaves cost is in tests that one ray takes no less time for than eight.
+fn stays_together(items: &[Item]) -> bool {
+    let costs = items.iter().fold([0.0; 2], |mut costs: [f64; 2], item| {
+        let across = Kind::ALL.get(usize::from(item.kind)).is_some_and(|kind| kind.tests_across());
+        costs[usize::from(across)] += f64::from(item.cost);
+        costs
+    });
+    costs[0] > costs[1]
+}
+
 /// Builds the tree, puts rows in leaf order and numbers the surfaces.
 pub(super) fn assemble<S: Scalar, B: Scalar>(
     scene: &Scene,
@@ -124,8 +134,10 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
+    let together = stays_together(&items);
     cut_long(&columns, &mut items, preset);
-    let (bvh, mut order) = build_tree::<B>(&items, preset);
+    let (mut bvh, mut order) = build_tree::<B>(&items, preset);
+    bvh.together = together;
 
     let mut unbounded = Vec::new();
     let mut classes = bvh.classes;

@@ -36,6 +36,15 @@ pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
     each_lane(|k| (yes[k] & mask[k]) | (no[k] & !mask[k]))
 }
 
+/// The highest number of the lanes, none of which is NaN.
+#[inline(always)]
+pub fn highest<L: Lane>(x: L) -> L::Scalar {
+    let lanes = x.to_array();
+    let max = |a: L::Scalar, b: L::Scalar| if b > a { b } else { a };
+    let four = [0, 1, 2, 3].map(|k| max(lanes[k], lanes[k + 4]));
+    max(max(four[0], four[2]), max(four[1], four[3]))
+}
+
 /// The number in one lane: `f32` or `f64`.
 pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
     /// The lanes that hold it.
