@@ -7,7 +7,7 @@
 //! coefficients of the size of the shape.
 
 use super::frame::{Frames, narrowed, widened};
-use super::quartic::SETTLED;
+use super::quartic::{SETTLED, cubic};
 use super::{Aabb, Block, Left, Rays, Surfaces, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
@@ -25,6 +25,10 @@ pub struct Polynomials<S> {
 /// Crossings farther than this from the closest point to the middle, in own space, are not looked for (POV-Ray's
 /// greatest distance).
 const REACH: f64 = 1e7;
+
+/// A cubic whose coefficients are larger than this many times the first is left to brackets: solved as it stands it
+/// would lose more than a third of its digits.
+const STEEPEST: f64 = (1u64 << 18) as f64;
 
 /// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
 const STEPS: usize = 110;
@@ -169,6 +173,31 @@ impl<const N: usize> Univariate<N> {
         [x.min(y), x.max(y)]
     }
 
+    /// Where a cubic parts the line into pieces of one sign: its roots, rising, or ends of the line; `None` if some lane's
+    /// is hardly one.
+    fn parted_by_cubic(&self, reach: f64x8, lanes: Mask<f64x8>) -> Option<[f64x8; 3]> {
+        let lead = self.c[3];
+        let most = self.c[0].abs().max(self.c[1].abs()).max(self.c[2].abs());
+        if (lanes & !most.le(lead.abs() * f64x8::lit(STEEPEST))).any() {
+            return None;
+        }
+        let inv = f64x8::lit(1.0) / lead;
+        let (far, pair) = cubic(self.c[2] * inv, self.c[1] * inv, self.c[0] * inv);
+        let half = pair.square.sqrt(); // NaN where the cubic has one root.
+        let placed = [far, pair.middle - half, pair.middle + half].map(|s| {
+            // One more step, since at a gap of g between roots their rounding is divided by g.
+            let (value, slope) = self.value_and_slope(s);
+            let next = s - value / slope;
+            let better = (next - s).abs().le((s.abs() + f64x8::lit(1.0)) * f64x8::lit(SETTLED).sqrt());
+            // NaN loses every comparison: no root is the far end.
+            (-reach).max(better.select(next, s).min(reach))
+        });
+        let [a, b, c] = placed;
+        let (a, b) = (a.min(b), a.max(b));
+        let (b, c) = (b.min(c), b.max(c));
+        Some([a.min(b), a.max(b), c])
+    }
+
     /// The real roots within `reach` of 0, rising, as many as the degree, NaN where there is none. Roots of even
     /// multiplicity are no crossings and are left out. `grain` is what a root's rounding is measured by beside the root.
     fn roots(&self, reach: f64x8, grain: f64x8, lanes: Mask<f64x8>) -> [f64x8; N] {
@@ -176,10 +205,17 @@ impl<const N: usize> Univariate<N> {
         let degree = self.len.saturating_sub(1);
         // Roots of the derivative before, or the ends of the brackets that have none: they part the line all the same.
         let mut points = [none; N];
-        if degree > 2 {
+        let mut first = 1;
+        if degree > 3
+            && let Some(parted) = self.derivative(degree - 3).parted_by_cubic(reach, lanes)
+        {
+            points[..3].copy_from_slice(&parted);
+            first = 4;
+        } else if degree > 2 {
             points[..2].copy_from_slice(&self.derivative(degree - 2).parted(reach));
+            first = 3;
         }
-        for m in if degree > 2 { 3 } else { 1 }..=degree {
+        for m in first..=degree {
             let derivative = self.derivative(degree - m);
             let mut found = [none; N];
             let mut low = -reach;
