@@ -263,7 +263,9 @@ impl<S: Scalar> Tori<S> {
         let frame = self.frames.at(i);
         let own = frame.in_f64().rays(&rays.in_f64());
         let ring = self.ring(i);
-        let mut roots = ring.crossings(&own);
+        // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
+        let all_left = left.is_some_and(|left| left.on.all());
+        let mut roots = if all_left { [f64x8::lit(f64::NAN); 4] } else { ring.crossings(&own) };
         if let Some(left) = left {
             // The slope changes by the start's error, enlarged where the ring is bent, and by the direction's.
             let radius = (own.origin.x * own.origin.x + own.origin.y * own.origin.y).sqrt();
