@@ -1,13 +1,17 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+use super::{Composite, Constraint, CsgNode, CsgTree, NodeKind};
 use crate::kernel::{Aabb, Rays};
-use crate::lane::{LANES, Lane, Scalar, Vec3, f32x8, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
 use std::ops::Range;
 
-/// Bounds of parts are widened by this share of the largest coordinate at hand: the start of a ray that leaves a
-/// part may lie some roundings outside of it.
-const BOUNDS_SLACK: f64 = 64.0 * f64::UNIT_ROUNDOFF;
+/// Bounds of parts are widened by this share of the largest coordinate at hand: starts are rounded to single
+/// precision, and that of a ray that leaves a part may lie some roundings (of double precision) outside of it.
+const BOUNDS_SLACK: f64 = 4.0 * f32::UNIT_ROUNDOFF;
+
+/// What a plane's distance along a ray may be off by, of its size: roundings of the difference, the inverse direction and
+/// the product, doubled for either side, with room.
+const DISTANCE_PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
 
 /// Where eight rays are in relation to a node of a composite, as far as bounds tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,26 +63,26 @@ struct Interval {
 }
 
 impl Interval {
-    /// Over the lanes given, rounded outward.
-    fn of(lane: f64x8, lanes: u8) -> Self {
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (k, x) in lane.to_array().into_iter().enumerate() {
-            if lanes >> k & 1 == 1 {
-                least = if x < least { x } else { least };
-                most = if x > most { x } else { most };
-            }
-        }
-        Self { least: (least as f32).next_down(), most: (most as f32).next_up() }
+    /// Over the lanes given.
+    #[inline(always)]
+    fn of(x: f32x8, lanes: Mask<f32x8>) -> Self {
+        let none = f32x8::lit(f64::NEG_INFINITY);
+        Self { least: -highest(lanes.select(-x, none)), most: highest(lanes.select(x, none)) }
+    }
+
+    /// By `slack` wider on either side.
+    fn widened(self, slack: f32) -> Self {
+        Self { least: (self.least - slack).next_down(), most: (self.most + slack).next_up() }
     }
 }
 
-/// Eight rays as bounds see them.
+/// Eight rays as bounds see them: in single precision, whatever that of the parts.
 #[derive(Debug, Clone)]
 pub struct Stretch {
-    origin: Vec3<f64x8>,
-    inverse: Vec3<f64x8>,
-    /// What counts as at the start.
-    slack: f64x8,
+    origin: Vec3<f32x8>,
+    inverse: Vec3<f32x8>,
+    /// How much wider the bounds are taken.
+    slack: f32x8,
     /// Origin and inverse direction by axis over all rays; `None` if they go several ways.
     group: Option<[[Interval; 2]; 3]>,
 }
@@ -86,18 +90,19 @@ pub struct Stretch {
 impl Stretch {
     /// The rays of `lanes`.
     pub fn new(rays: &Rays<f64x8>, lanes: u8) -> Self {
-        let inverse = rays.dir.slab_inverse();
-        let slack = max_abs(rays.origin) * f64x8::lit(BOUNDS_SLACK);
+        let (origin, inverse) = (rays.origin.cast::<f32x8>(), rays.dir.cast::<f32x8>().slab_inverse());
+        let slack = origin.abs().max_element() * f32x8::lit(BOUNDS_SLACK);
         let one_octant = [inverse.x, inverse.y, inverse.z].into_iter().all(|i| {
-            let negative = i.lt(f64x8::zero()).bits() & lanes;
+            let negative = i.lt(f32x8::zero()).bits() & lanes;
             negative == 0 || negative == lanes
         });
         let group = one_octant.then(|| {
-            let axis = |o: f64x8, i: f64x8| [Interval::of(o, lanes), Interval::of(i, lanes)];
-            let o = rays.origin;
-            [axis(o.x, inverse.x), axis(o.y, inverse.y), axis(o.z, inverse.z)]
+            let lanes = Mask::from_bits(lanes);
+            let widest = Interval::of(slack, lanes).most;
+            let axis = |o, i| [Interval::of(o, lanes).widened(widest), Interval::of(i, lanes)];
+            [axis(origin.x, inverse.x), axis(origin.y, inverse.y), axis(origin.z, inverse.z)]
         });
-        Self { origin: rays.origin, inverse, slack, group }
+        Self { origin, inverse, slack, group }
     }
 
     /// A bit for each part of a block that some ray may meet or start within, by one interval test for all eight
@@ -117,23 +122,25 @@ impl Stretch {
             near = (enter * least).min(enter * most).max(near);
             far = (leave * least).max(leave * most).min(far);
         }
-        // Three roundings of each plane distance.
-        let pad = f32x8::lit(16.0 * f32::UNIT_ROUNDOFF);
+        let pad = f32x8::lit(DISTANCE_PAD);
         (near - near.abs() * pad).le(far + far.abs() * pad).bits()
     }
 
-    /// Whether one of the rays `lanes` may meet the part before `t_far` or start within it. (Slab test padded by the roundings of a plane distance,
-    /// Ize 2013.)
+    /// Whether one of the rays `lanes` may meet the part in lane `k` of a block before `t_far` or start within it; a `closed`
+    /// one is passed when its bounds are.
     #[inline(always)]
-    fn may_meet(&self, part: &Part, t_far: f64x8, lanes: u8) -> bool {
-        let Aabb { min, max } = part.bounds;
-        let low = (Vec3::<f64x8>::splat(min) - self.origin).mul(self.inverse);
-        let high = (Vec3::<f64x8>::splat(max) - self.origin).mul(self.inverse);
-        let first = if part.closed { -self.slack } else { f64x8::lit(f64::NEG_INFINITY) };
+    fn may_meet(&self, (block, k): (&BoundsBlock, usize), closed: bool, t_far: f32x8, lanes: u8) -> bool {
+        let corner = |corner: &[[f32; LANES]; 3]| {
+            Vec3::new(f32x8::splat(corner[0][k]), f32x8::splat(corner[1][k]), f32x8::splat(corner[2][k]))
+        };
+        let slack = Vec3::new(self.slack, self.slack, self.slack);
+        let low = (corner(&block.min) - slack - self.origin).mul(self.inverse);
+        let high = (corner(&block.max) + slack - self.origin).mul(self.inverse);
+        let first = if closed { f32x8::zero() } else { f32x8::lit(f64::NEG_INFINITY) };
         let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(first);
-        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
-        let pad = f64x8::lit(8.0 * f64::UNIT_ROUNDOFF);
-        let meets = near.le(far + far.abs() * pad) & near.le(t_far + self.slack);
+        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z)).min(t_far);
+        let pad = f32x8::lit(DISTANCE_PAD);
+        let meets = (near - near.abs() * pad).le(far + (far.abs() * pad + self.slack));
         meets.bits() & lanes != 0
     }
 }
@@ -148,6 +155,7 @@ impl CsgTree {
         near: &mut Vec<u32>,
         sides: &mut Vec<Side>,
     ) -> bool {
+        let t_far = f32x8::from_f64s(t_far);
         sides.clear();
         sides.extend_from_slice(&self.outside[composite.nodes.start as usize..composite.nodes.end as usize]);
         near.clear();
@@ -156,13 +164,14 @@ impl CsgTree {
             // Where the group test says yes, ray by ray.
             let mut waiting = stretch.may_meet_block(block);
             while waiting != 0 {
-                let number = first + waiting.trailing_zeros();
+                let k = waiting.trailing_zeros();
+                let number = first + k;
                 waiting &= waiting - 1;
                 if number >= composite.parts.end {
                     break;
                 }
                 let part = &self.parts[number as usize];
-                if stretch.may_meet(part, t_far, lanes) {
+                if stretch.may_meet((block, k as usize), part.closed, t_far, lanes) {
                     near.push(number);
                     sides[(part.node - composite.nodes.start) as usize] = Side::Either;
                 }
