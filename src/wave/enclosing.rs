@@ -1,7 +1,7 @@
 //! What the camera stands in: POV-Ray's rays start with the interiors of all solids around the eye.
 
+use super::composite::Parts;
 use super::medium::Media;
-use super::trace::Parts;
 use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays};

@@ -1,7 +1,8 @@
 //! Where rays meet surfaces, eight at a time, and which of them are shaded together.
 
+use super::composite::Parts;
+use super::query::Query;
 use super::queue::{Carriers, Lines, put, put3};
-use super::trace::{Parts, Query};
 use crate::compile::{Compiled, PART, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};

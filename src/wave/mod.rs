@@ -4,10 +4,14 @@
 //! them fill a packet. Same scene, same build: the same bytes with any number of threads.
 
 mod camera;
+mod composite;
 mod enclosing;
 mod hits;
+mod leaf_test;
+mod leaves;
 mod light;
 mod medium;
+mod query;
 mod queue;
 mod shade;
 mod shadow;
@@ -24,11 +28,12 @@ use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
+use query::Query;
 use queue::Lines;
 use rayon::prelude::*;
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 use tile::{Shared, TileArea, TileWorker};
-use trace::{GROUP, Query, Tracer};
+use trace::{GROUP, Tracer};
 
 /// How the work is cut up: it changes times, and not a bit of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,179 @@
+//! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
+
+use super::composite::composites;
+use super::leaf_test::{One, Rows, TestAcross, TestPackets, TestRun, Views};
+use super::query::Query;
+use super::trace::GROUP;
+use crate::bvh::{Count, Packet, Run, Visit};
+use crate::compile::{COMPOSITE, Compiled, class};
+use crate::csg::{Scratch, Stretch};
+use crate::lane::{Lane, Mask, Scalar};
+
+/// What happens in the tree's leaves.
+pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
+    scene: &'a Compiled<S, B>,
+    /// By packet.
+    pub queries: &'a mut [Query<S::Lane>],
+    filter: u8,
+    scratch: &'a mut Scratch,
+    /// By packet, its rays as composites' bounds see them, once one has asked.
+    stretches: &'a mut [Option<Stretch>],
+    /// By packet, the shadow rays that something see-through is in the way of.
+    pub tinted: [u8; GROUP],
+    /// How its packets' rays see corners.
+    views: &'a Views<S>,
+    one: One<S>,
+    /// What has blocked a shadow ray last.
+    pub blocker: Option<Run>,
+    /// What was tested, if that is counted.
+    pub count: C,
+}
+
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
+    #[inline]
+    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
+        if run.kind != COMPOSITE && !(ANY && run.class & class::BLOCKS == 0) {
+            let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
+            let (views, count) = (self.views, &mut self.count);
+            let test = TestPackets::<S, B, C, ANY> { rows, which, packets, queries, views, count };
+            let changed = self.scene.columns.with(run.kind, test);
+            if ANY && changed != 0 {
+                self.blocker = Some(*run);
+            }
+            return changed;
+        }
+        let (mut changed, mut which) = (0, which);
+        while which != 0 {
+            let k = which.trailing_zeros() as usize;
+            which &= which - 1;
+            let state = &mut packets[k];
+            let lanes = self.run(run, k, state.live());
+            if lanes != 0 {
+                if ANY {
+                    self.blocker = Some(*run);
+                }
+                let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(self.queries[k].t) };
+                state.far = Mask::from_bits(lanes).select(far, state.far);
+                changed |= 1 << k;
+            }
+        }
+        changed
+    }
+
+    #[inline]
+    fn begin_single(&mut self, packet: usize, lane: usize) {
+        self.one = One::of(&self.queries[packet], packet, lane);
+    }
+
+    #[inline]
+    fn single(&mut self, run: &Run, state: &Packet<B>, far: B) -> B {
+        let before = self.one.t;
+        let found = if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
+            None
+        } else {
+            let (rows, count) = (rows(self.scene, run), &mut self.count);
+            let test = TestAcross { rows, one: &mut self.one, count };
+            self.scene.columns.with(run.kind, test)
+        };
+        let found = found.unwrap_or_else(|| {
+            // No test of one ray against eight rows: the packet's test, with one lane.
+            let (packet, lane) = self.one.place();
+            self.one.tell(&mut self.queries[packet]);
+            let found = self.run(run, packet, 1 << lane) != 0;
+            self.one.learn(&self.queries[packet]);
+            found
+        });
+        match (found, ANY) {
+            (false, _) => far,
+            (true, true) => {
+                self.blocker = Some(*run);
+                B::from_f64(-1.0)
+            }
+            (true, false) if self.one.t == before => far,
+            (true, false) => state.far_of_lane(self.one.t.to_f64(), self.one.place().1),
+        }
+    }
+
+    #[inline]
+    fn end_single(&mut self) {
+        self.one.tell(&mut self.queries[self.one.place().0]);
+    }
+
+    #[inline(always)]
+    fn boxes(&mut self, lanes: u32) {
+        self.count.boxes(lanes);
+    }
+
+    #[inline(always)]
+    fn wants(&self, class: u8) -> bool {
+        class & self.filter != 0
+    }
+}
+
+impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, ANY> {
+    /// For rays that care for the classes of `filter`.
+    #[inline(always)]
+    pub fn new(
+        scene: &'a Compiled<S, B>,
+        (queries, views): (&'a mut [Query<S::Lane>], &'a Views<S>),
+        filter: u8,
+        (scratch, stretches): (&'a mut Scratch, &'a mut [Option<Stretch>]),
+    ) -> Self {
+        Self {
+            scene,
+            queries,
+            filter,
+            scratch,
+            stretches,
+            tinted: [0; GROUP],
+            views,
+            one: One::default(),
+            blocker: None,
+            count: C::default(),
+        }
+    }
+
+    /// Tests a run against one packet and returns the lanes whose hit changed.
+    #[inline]
+    pub fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        let lanes = lanes & self.queries[packet].lanes;
+        if ANY && run.class & class::BLOCKS == 0 {
+            self.note(run, packet, lanes & !self.tinted[packet]);
+            return 0;
+        }
+        self.test(run, packet, lanes)
+    }
+
+    /// The same for what blocks, and for what is only noted.
+    #[inline(always)]
+    fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        let query = &mut self.queries[packet];
+        if run.kind == COMPOSITE {
+            for _ in 0..run.len {
+                self.count.leaf(lanes.count_ones());
+            }
+            let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
+            return composites::<S, B, ANY>(self.scene, run, query, lanes, buffers);
+        }
+        let (rows, view, count) = (rows(self.scene, run), self.views.of(packet), &mut self.count);
+        self.scene.columns.with(run.kind, TestRun::<S, C, ANY> { rows, query, view, lanes, count })
+    }
+
+    /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.
+    #[cold]
+    fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
+        if lanes == 0 {
+            return;
+        }
+        let Query { t, surface, .. } = self.queries[packet];
+        self.tinted[packet] |= self.test(run, packet, lanes);
+        let query = &mut self.queries[packet];
+        (query.t, query.surface) = (t, surface);
+    }
+}
+
+/// The rows of a run.
+#[inline(always)]
+fn rows<'a, S: Scalar, B: Scalar>(scene: &'a Compiled<S, B>, run: &'a Run) -> Rows<'a> {
+    Rows { run, base: scene.base[usize::from(run.kind)], rank: &scene.rank }
+}
