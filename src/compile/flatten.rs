@@ -1,8 +1,7 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
 use super::shapes::{push, push_mesh};
-use super::{COMPOSITE, Columns, Compiled, Flat, Kind, Owner, PART, Tag, build_tree, class, item};
-use crate::bvh::{Item, Preset};
+use super::{Columns, Flat, Kind, Owner, Tag, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
@@ -13,30 +12,7 @@ use rustc_hash::FxHashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The middle of what is finite in the scene that `flat` was made of, or zero if that is not far off.
-pub(super) fn middle<S: Scalar>(scene: &Scene, flat: &Flat<S>) -> DVec3 {
-    let mut bounds = Aabb::EMPTY;
-    for &kind in Kind::ALL {
-        for row in 0..flat.columns.len(kind) {
-            let b = flat.columns.bounds(kind, row);
-            if b.is_finite() {
-                bounds = bounds.union(b);
-            }
-        }
-    }
-    for composite in &flat.csg.composites {
-        if composite.bounds.is_finite() {
-            bounds = bounds.union(composite.bounds);
-        }
-    }
-    if !bounds.is_finite() {
-        return scene.camera.location;
-    }
-    // Around the world's origin nothing is gained, and what was given in single precision would be rounded again.
-    let center = bounds.center();
-    if center.length() > (bounds.max - bounds.min).length() { center } else { DVec3::ZERO }
-}
-
+/// Columns, composites and tags of everything in the scene, in its own order; coordinates relative to `origin`.
 pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
     let mut pass = Pass {
         columns: Columns::default(),
@@ -83,169 +59,6 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         owners: pass.owners,
         textures: pass.textures.finish(),
         interiors: pass.interiors,
-    }
-}
-
-/// True if most of what the leaves cost is in tests that one ray takes no less time for than eight.
-fn stays_together(items: &[Item]) -> bool {
-    let costs = items.iter().fold([0.0; 2], |mut costs: [f64; 2], item| {
-        let across = Kind::ALL.get(usize::from(item.kind)).is_some_and(|kind| kind.tests_across());
-        costs[usize::from(across)] += f64::from(item.cost);
-        costs
-    });
-    costs[0] > costs[1]
-}
-
-/// Builds the tree, puts rows in leaf order and numbers the surfaces.
-pub(super) fn assemble<S: Scalar, B: Scalar>(
-    scene: &Scene,
-    origin: DVec3,
-    flat: Flat<S>,
-    preset: Preset,
-) -> Compiled<S, B> {
-    let Flat { mut columns, parts, mut csg, plain, composites, part_tags, owners, textures, interiors } =
-        flat;
-    let mut items = Vec::new();
-    // By kind: unbounded rows go behind the others.
-    let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(COMPOSITE) + 1];
-    for &kind in Kind::ALL {
-        for (row, tag) in plain[kind as usize].iter().enumerate() {
-            let bounds = columns.bounds(kind, row);
-            if bounds.is_finite() {
-                items.push(item(kind as u8, row, bounds, tag.class, kind.cost()));
-            } else {
-                loose[kind as usize].push(row as u32);
-            }
-        }
-    }
-    for (number, tag) in composites.iter().enumerate() {
-        let composite = &csg.composites[number];
-        if composite.bounds.min.cmpgt(composite.bounds.max).any() {
-            continue; // Its parts nowhere meet.
-        }
-        if composite.bounds.is_finite() {
-            let cost = composite
-                .parts
-                .clone()
-                .map(|p| Kind::ALL[usize::from(csg.parts[p as usize].kind)].cost())
-                .sum();
-            items.push(item(COMPOSITE, number, composite.bounds, tag.class, cost));
-        } else {
-            loose[usize::from(COMPOSITE)].push(number as u32);
-        }
-    }
-    let together = stays_together(&items);
-    cut_long(&columns, &mut items, preset);
-    let (mut bvh, mut order) = build_tree::<B>(&items, preset);
-    bvh.together = together;
-
-    let mut unbounded = Vec::new();
-    let mut classes = bvh.classes;
-    for (kind, rows) in loose.iter().enumerate() {
-        let tag = |row: u32| {
-            if kind == usize::from(COMPOSITE) { composites[row as usize] } else { plain[kind][row as usize] }
-        };
-        for run in rows.chunk_by(|&a, &b| tag(a).class == tag(b).class) {
-            let first = order[kind].len() as u32;
-            unbounded.push(crate::bvh::Run {
-                kind: kind as u8,
-                class: tag(run[0]).class,
-                last: true,
-                len: run.len() as u32,
-                first,
-            });
-            order[kind].extend_from_slice(run);
-        }
-    }
-    for run in &unbounded {
-        classes |= run.class;
-    }
-
-    let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for &kind in Kind::ALL {
-        base.push(owner.len() as u32);
-        kinds.resize(owner.len() + columns.len(kind), kind as u8);
-        let order = &order[kind as usize];
-        columns.permute(kind, order);
-        owner.extend(order.iter().map(|&row| plain[kind as usize][row as usize].owner));
-        rank.extend(order.iter().map(|&row| plain[kind as usize][row as usize].rank));
-    }
-    let first_part = owner.len() as u32;
-    owner.extend(part_tags.iter().map(|tag| tag.owner));
-    rank.extend(part_tags.iter().map(|tag| tag.rank));
-    kinds.extend(csg.parts.iter().map(|part| part.kind | PART));
-    let order = &order[usize::from(COMPOSITE)];
-    let mut place = vec![u32::MAX; csg.composites.len()];
-    for (new, &old) in order.iter().enumerate() {
-        place[old as usize] = new as u32;
-    }
-    for part in &mut csg.parts {
-        part.composite = place[part.composite as usize];
-    }
-    csg.composites = order.iter().map(|&number| csg.composites[number as usize].clone()).collect();
-
-    Compiled {
-        origin,
-        columns,
-        base,
-        parts,
-        csg,
-        first_part,
-        kinds,
-        owner,
-        rank,
-        owners,
-        textures,
-        fades: interiors.iter().any(|interior| interior.fade_distance != 0.0),
-        interiors,
-        unbounded,
-        bvh,
-        classes,
-        lights: scene.lights.clone(),
-        camera: scene.camera.clone(),
-        globals: scene.globals.clone(),
-        background: scene.background,
-    }
-}
-
-/// A triangle's pieces are not cut further where they are smaller than so many of the items' even shares of the whole.
-/// (Of 100,000 long triangles in a heap, with 32, 64, 128, 256: SAH 416, 337, 414, 533, and 949 uncut.)
-const CUT_OVER: f64 = 64.0;
-/// Most pieces of one primitive, and of all on average.
-const MOST_PIECES: usize = 64;
-const MEAN_PIECES: usize = 8;
-
-/// Puts long slanting triangles into the tree piece by piece (Ernst and Greiner 2007, Early split clipping for bounding
-/// volume hierarchies): their boxes are mostly empty. The row stays one, and leaves share it.
-fn cut_long<S: Scalar>(columns: &Columns<S>, items: &mut Vec<Item>, preset: Preset) {
-    if preset == Preset::Fast {
-        return;
-    }
-    let whole = items.iter().fold(Aabb::EMPTY, |whole, item| whole.union(item.bounds));
-    let mut least = CUT_OVER * whole.half_area() / items.len() as f64;
-    let mut pieces: Vec<(usize, Vec<Aabb>)> = Vec::new();
-    loop {
-        let mut count = 0;
-        for (number, item) in items.iter().enumerate() {
-            let kind = Kind::ALL.get(usize::from(item.kind));
-            let Some(&kind @ (Kind::Triangle | Kind::SmoothTriangle)) = kind else { continue };
-            if item.bounds.half_area() > least {
-                let mut boxes = Vec::new();
-                columns.pieces(kind, item.index as usize, least, MOST_PIECES, &mut boxes);
-                count += boxes.len();
-                pieces.push((number, boxes));
-            }
-        }
-        if count <= MEAN_PIECES * items.len() {
-            break;
-        }
-        least *= 2.0;
-        pieces.clear();
-    }
-    for (number, boxes) in pieces {
-        let item = items[number];
-        items[number].bounds = boxes[0];
-        items.extend(boxes[1..].iter().map(|&bounds| Item { bounds, ..item }));
     }
 }
 

@@ -3,6 +3,7 @@
 //!
 //! What comes in is a [`Scene`]; what goes out is everything the waves need, and nothing they must decide per ray.
 
+mod assemble;
 mod columns;
 mod flatten;
 mod owner;
@@ -85,12 +86,12 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// The same with a tree that took more or less time to build.
     pub fn with(scene: &Scene, preset: Preset) -> Self {
         let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO));
-        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && flatten::middle(scene, &flat) != DVec3::ZERO {
+        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && assemble::middle(scene, &flat) != DVec3::ZERO {
             // Its columns have lost digits: once more, from the middle that double precision finds.
-            origin = flatten::middle(scene, &flatten::flatten::<f64>(scene, DVec3::ZERO));
+            origin = assemble::middle(scene, &flatten::flatten::<f64>(scene, DVec3::ZERO));
             flat = flatten::flatten::<S>(scene, origin);
         }
-        flatten::assemble(scene, origin, flat, preset)
+        assemble::assemble(scene, origin, flat, preset)
     }
 
     /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
