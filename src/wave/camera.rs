@@ -1,8 +1,8 @@
 //! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight a group.
 
+use super::area::{Shared, TileArea};
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
-use super::tile::{Shared, TileArea};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f64x8};
 use crate::scene::Projection;

@@ -1,9 +1,8 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
-use super::leaf_test::{One, Rows, TestAcross, TestPackets, TestRun, Views};
-use super::query::Query;
-use super::trace::GROUP;
+use super::query::{GROUP, Query};
+use super::rows::{One, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Compiled, class};
 use crate::csg::{Scratch, Stretch};

@@ -3,16 +3,17 @@
 //! A tile belongs to one thread from its camera rays to its pixels; rays of one kind wait in columns until eight of
 //! them fill a packet. Same scene, same build: the same bytes with any number of threads.
 
+mod area;
 mod camera;
 mod composite;
 mod enclosing;
 mod hits;
-mod leaf_test;
 mod leaves;
 mod light;
 mod medium;
 mod query;
 mod queue;
+mod rows;
 mod shade;
 mod shadow;
 mod stream;
@@ -25,15 +26,16 @@ use crate::compile::{Compiled, class};
 use crate::film::{Film, Pixel, RayCounts};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
-use query::Query;
+use query::{GROUP, Query};
 use queue::Lines;
 use rayon::prelude::*;
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
-use tile::{Shared, TileArea, TileWorker};
-use trace::{GROUP, Tracer};
+use tile::TileWorker;
+use trace::Tracer;
 
 /// How the work is cut up: it changes times, and not a bit of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,6 +5,9 @@ use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar};
 
+/// Packets that walk the tree together.
+pub const GROUP: usize = 8;
+
 /// Eight rays and what is known of them so far.
 #[derive(Debug, Clone, Copy)]
 pub struct Query<L> {

@@ -5,11 +5,11 @@
 
 use super::hits::{resolve, seen_from_inside};
 use super::medium::Media;
-use super::query::Query;
+use super::query::{GROUP, Query};
 use super::queue::{Feelers, Lines, Queue};
 use super::shade::{NO_LIGHT, fade_over};
 use super::sums::Sums;
-use super::trace::{GROUP, Tracer};
+use super::trace::Tracer;
 use crate::bvh::Run;
 use crate::compile::{Compiled, NO_SURFACE, class};
 use crate::kernel::{Rays, Surfaces};

@@ -1,9 +1,9 @@
 //! Rays from outside through the compiled scene, in the order they come: the same packets, groups and walk as a
 //! picture's waves, without the shading.
 
-use super::query::Query;
+use super::query::{GROUP, Query};
 use super::queue::Lines;
-use super::trace::{GROUP, Tracer};
+use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;

@@ -1,18 +1,17 @@
 //! One tile of the picture, from its camera rays to its pixels, by one thread and without a lock.
 
+use super::area::{Shared, TileArea};
 use super::camera::{pixel_order, push_camera_rays};
-use super::enclosing::Enclosing;
 use super::hits::{Hit, HitList, Sender};
-use super::light::LightProgram;
 use super::medium::Media;
-use super::query::Query;
+use super::query::{GROUP, Query};
 use super::queue::{Carriers, Feelers, Queue};
 use super::shade::{Emit, shade};
 use super::shadow::ShadowTracer;
 use super::sums::Sums;
-use super::trace::{GROUP, Tracer};
+use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
-use crate::compile::{Compiled, class};
+use crate::compile::class;
 use crate::film::{PacketCounts, Pixel, RayCounts};
 use crate::lane::{Lane, Scalar, Vec3};
 
@@ -22,31 +21,6 @@ const BATCH: usize = 128;
 
 /// Shadow rays of a light wait for so many packets, or for the end of the tile.
 const SHADOW_BATCH: usize = 8;
-
-/// A rectangle of pixels.
-#[derive(Debug, Clone, Copy)]
-pub struct TileArea {
-    /// First column.
-    pub x: usize,
-    /// First row.
-    pub y: usize,
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-}
-
-/// What all tiles share.
-pub struct Shared<'a, S: Scalar, B: Scalar> {
-    /// The scene.
-    pub scene: &'a Compiled<S, B>,
-    /// Its lights.
-    pub lights: Vec<LightProgram>,
-    /// What the camera may stand in.
-    pub enclosing: Enclosing,
-    /// Picture size.
-    pub size: (usize, usize),
-}
 
 /// Buffers of one thread, reused from tile to tile.
 #[derive(Default)]

@@ -1,16 +1,13 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
-use super::leaf_test::Views;
 use super::leaves::Leaves;
-use super::query::Query;
+use super::query::{GROUP, Query};
+use super::rows::Views;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Compiled, class};
 use crate::csg::{Scratch, Stretch};
 use crate::kernel::Rays;
 use crate::lane::Scalar;
-
-/// Packets that walk the tree together.
-pub const GROUP: usize = 8;
 
 /// Buffers for tracing, one set a thread.
 #[derive(Default)]

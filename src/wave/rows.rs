@@ -1,7 +1,6 @@
 //! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against eight rows.
 
-use super::query::Query;
-use super::trace::GROUP;
+use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
 use crate::kernel::{Block, Left, Rays, View};

@@ -1,0 +1,31 @@
+//! A tile's place in the picture, and what all tiles share.
+
+use super::enclosing::Enclosing;
+use super::light::LightProgram;
+use crate::compile::Compiled;
+use crate::lane::Scalar;
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, Copy)]
+pub struct TileArea {
+    /// First column.
+    pub x: usize,
+    /// First row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// What all tiles share.
+pub struct Shared<'a, S: Scalar, B: Scalar> {
+    /// The scene.
+    pub scene: &'a Compiled<S, B>,
+    /// Its lights.
+    pub lights: Vec<LightProgram>,
+    /// What the camera may stand in.
+    pub enclosing: Enclosing,
+    /// Picture size.
+    pub size: (usize, usize),
+}
