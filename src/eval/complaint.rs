@@ -28,6 +28,7 @@ impl Machine<'_> {
             },
             Token::String(_) => "a string".into(),
             Token::Vector(..) => "a vector".into(),
+            Token::Rows(..) => "a list of vectors".into(),
             _ => format!("`{}`", self.sources.text(self.span(lexeme))),
         }
     }

@@ -1,15 +1,24 @@
 //! `mesh` and `mesh2` (manual sections 3.4.5.2.3 and 3.4.5.2.4).
 
-use super::machine::{Lexeme, Machine, Res};
+use super::expr::show;
+use super::machine::{Lexeme, Machine, Res, Stop};
 use super::shape::is_degenerate;
 use super::value::{Lacks, ObjectValue, Value};
-use crate::lang::{Keyword, Mark, Token};
+use crate::lang::{Keyword, Mark, Span, Token};
 use crate::scene::{Mesh, MeshTriangle, Shape, Texture};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Three vertices, and the textures at them.
-type Face = ([u32; 3], Option<[u32; 3]>);
+/// The faces of a mesh2, in columns.
+#[derive(Default)]
+struct Faces {
+    vertices: Vec<[u32; 3]>,
+    /// The textures at them; ends with the last face that has any.
+    textures: Vec<Option<[u32; 3]>>,
+}
+
+/// Entries of a list that room is made for before they are seen: more than are in any usual file, less than harms.
+const AT_ONCE: usize = 1 << 20;
 
 /// A mesh under way.
 #[derive(Default)]
@@ -113,7 +122,7 @@ impl Machine<'_> {
     pub fn mesh2(&mut self, at: Lexeme) -> Res<ObjectValue> {
         use Keyword as K;
         let mut draft = Draft::default();
-        let mut faces: Vec<Face> = Vec::new();
+        let mut faces = Faces::default();
         let mut normal_faces: Vec<[u32; 3]> = Vec::new();
         let mut faces_seen = false;
         while let Token::Word(word) = self.peek()? {
@@ -122,10 +131,12 @@ impl Machine<'_> {
                     self.next()?;
                     let open = self.open(word.text())?;
                     let count = self.count()?;
-                    let mut list = Vec::with_capacity(count.min(1 << 20));
+                    let mut list = Vec::with_capacity(count.min(AT_ONCE));
                     while list.len() < count {
                         self.comma()?;
-                        list.push(self.vector()?);
+                        if !self.rows(count, &mut list, |_, v| Ok(v))? {
+                            list.push(self.vector()?);
+                        }
                     }
                     self.charge(list.len() * size_of::<DVec3>())?;
                     self.comma()?;
@@ -133,8 +144,8 @@ impl Machine<'_> {
                     match word {
                         K::VertexVectors => draft.mesh.vertices = list,
                         K::NormalVectors => {
-                            draft.mesh.normals =
-                                list.into_iter().map(|normal| self.unit_normal(normal, at)).collect();
+                            list.iter_mut().for_each(|normal| *normal = self.unit_normal(*normal, at));
+                            draft.mesh.normals = list;
                         }
                         _ => {}
                     }
@@ -174,30 +185,34 @@ impl Machine<'_> {
             return self.expected("`face_indices` and the other lists of a mesh2");
         }
         // Without `normal_indices`, each vertex has the normal of its own number.
-        if normal_faces.is_empty() && draft.mesh.normals.len() == draft.mesh.vertices.len() {
-            normal_faces = faces.iter().map(|face| face.0).collect();
-        }
-        draft.mesh.triangles.reserve(faces.len());
-        for (index, (vertices, textures)) in faces.into_iter().enumerate() {
+        let normal_faces =
+            match normal_faces.is_empty() && draft.mesh.normals.len() == draft.mesh.vertices.len() {
+                true => &faces.vertices,
+                false => &normal_faces,
+            };
+        draft.mesh.triangles.reserve_exact(faces.vertices.len());
+        for (index, &vertices) in faces.vertices.iter().enumerate() {
             let corners = vertices.map(|v| draft.mesh.vertices[v as usize]);
             if is_degenerate(&corners) {
                 draft.degenerate += 1;
                 continue;
             }
             let normals = normal_faces.get(index).copied();
+            let textures = faces.textures.get(index).copied().flatten();
             draft.mesh.triangles.push(MeshTriangle { vertices, normals, textures });
         }
         Ok(self.finish_mesh(draft, at))
     }
 
-    fn faces(&mut self, vertices: usize, textures: usize) -> Res<Vec<Face>> {
+    fn faces(&mut self, vertices: usize, textures: usize) -> Res<Faces> {
         let open = self.open("face_indices")?;
         let count = self.count()?;
-        let mut faces = Vec::with_capacity(count.min(1 << 20));
-        while faces.len() < count {
+        let mut faces = Faces { vertices: Vec::with_capacity(count.min(AT_ONCE)), textures: Vec::new() };
+        while faces.vertices.len() < count {
             self.comma()?;
-            let face = self.indices(vertices)?;
-            let mut looks = None;
+            if !self.rows(count, &mut faces.vertices, |m, v| m.indices_of(v, vertices))? {
+                faces.vertices.push(self.indices(vertices)?);
+            }
             if textures > 0 {
                 // One texture for the triangle or one a corner.
                 self.comma()?;
@@ -211,15 +226,57 @@ impl Machine<'_> {
                         }
                         *slot = self.texture_index(textures)?;
                     }
-                    looks = Some(indices);
+                    faces.textures.resize(faces.vertices.len() - 1, None);
+                    faces.textures.push(Some(indices));
                 }
             }
-            faces.push((face, looks));
         }
-        self.charge(faces.len() * size_of::<MeshTriangle>())?;
+        self.charge(faces.vertices.len() * size_of::<MeshTriangle>())?;
         self.comma()?;
         self.close("face_indices", open)?;
         Ok(faces)
+    }
+
+    /// The plain vectors that a list begins with, up to `count` entries of it; false, and nothing taken, if there are none.
+    fn rows<T>(
+        &mut self,
+        count: usize,
+        list: &mut Vec<T>,
+        entry: impl Fn(&mut Self, DVec3) -> Res<T>,
+    ) -> Res<bool> {
+        let Token::Rows(first, rows) = self.peek()? else { return Ok(false) };
+        self.next()?;
+        // Each with its comma.
+        self.count_steps(2 * u64::from(rows))?;
+        let text = self.text.clone();
+        let numbers = &text.numbers[first as usize..][..3 * rows as usize];
+        let room = count - list.len();
+        for (row, v) in numbers.chunks_exact(3).take(room).enumerate() {
+            let v = DVec3::from_slice(v);
+            let entry = match v.is_finite() {
+                true => entry(self, v),
+                false => Err(self.error_here(format!("expected a finite vector, found {}", show(v)))),
+            };
+            list.push(entry.map_err(|stop| self.in_row(stop, row))?);
+        }
+        if room < rows as usize {
+            let error = self.error_here(format!("expected `}}` after {count} entries, found a vector"));
+            return Err(self.in_row(error, room));
+        }
+        Ok(true)
+    }
+
+    /// An error of the rows that have just been taken, moved to the one that is at fault.
+    fn in_row(&self, stop: Stop, row: usize) -> Stop {
+        let Stop::Error(mut diagnostic) = stop else { return stop };
+        if let Some(span) = &mut diagnostic.span {
+            // Nothing but blanks stands between rows.
+            let text = self.sources.text(*span);
+            let from = text.match_indices('<').nth(row).map_or(0, |(at, _)| at);
+            let len = text[from..].find('>').map_or(1, |at| at + 1);
+            *span = Span { start: span.start + from as u32, end: span.start + (from + len) as u32, ..*span };
+        }
+        Stop::Error(diagnostic)
     }
 
     fn texture_index(&mut self, textures: usize) -> Res<u32> {
@@ -233,10 +290,12 @@ impl Machine<'_> {
     fn index_list(&mut self, word: Keyword, len: usize) -> Res<Vec<[u32; 3]>> {
         let open = self.open(word.text())?;
         let count = self.count()?;
-        let mut list = Vec::with_capacity(count.min(1 << 20));
+        let mut list = Vec::with_capacity(count.min(AT_ONCE));
         while list.len() < count {
             self.comma()?;
-            list.push(self.indices(len)?);
+            if !self.rows(count, &mut list, |m, v| m.indices_of(v, len))? {
+                list.push(self.indices(len)?);
+            }
         }
         self.comma()?;
         self.close(word.text(), open)?;
@@ -246,9 +305,14 @@ impl Machine<'_> {
     /// Three indices as a vector.
     fn indices(&mut self, len: usize) -> Res<[u32; 3]> {
         let v = self.vector()?;
+        self.indices_of(v, len)
+    }
+
+    /// Three indices below `len` from the vector that has just been taken.
+    fn indices_of(&mut self, v: DVec3, len: usize) -> Res<[u32; 3]> {
         let valid = |i: f64| i >= 0.0 && i < len as f64 && i < f64::from(u32::MAX);
         if !(valid(v.x) && valid(v.y) && valid(v.z)) {
-            let found = super::expr::show(v);
+            let found = show(v);
             let message = format!("expected three indices below {len}, found {found}");
             return Err(self.error_here(message));
         }

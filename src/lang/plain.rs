@@ -1,70 +1,234 @@
-//! The plain items of a text, in bulk: words, numbers, vectors of numbers, marks, and the blanks between them.
+//! The items of a text, in bulk: words, numbers, vectors, marks, strings, directives, and the blanks and comments between them.
 //!
-//! In comes a text and a place in it; out go the tokens of the grammar's `plain` items, read from there as far as
-//! they go. pest takes some 50 ns a character for these, and they are nearly all of a text. `read.rs` tests that
-//! this and the grammar agree.
+//! In comes a text and a place in it; out go its tokens, as the grammar has them, read from there up to the next character that
+//! nobody writes (`odd_blank`, `junk`). pest takes some 50 ns a character, and more to begin. `read.rs` tests that this
+//! and the grammar agree on any text.
 
+use super::nest::directive_of;
 use super::{Keyword, Mark, Program, Symbols, Token};
+use memchr::memchr2;
 
-/// Adds the tokens of the plain items at `at`; returns where they end.
+/// Adds the tokens of the items at `at`; returns where they end.
 pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut Symbols) -> usize {
     let bytes = text.as_bytes();
     let mut at = at;
+    // Where the lists of a mesh2 may have rows.
+    let mut rows_at = usize::MAX;
     while let Some(&byte) = bytes.get(at) {
         let (token, end) = match byte {
             b' ' | b'\t' | b'\n' | b'\r' => {
-                at += 1;
+                at = behind_gap(bytes, at + 1);
                 continue;
             }
             b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
-                let end = at + bytes[at..].iter().take_while(|byte| is_word(**byte)).count();
+                let end = word_end(bytes, at);
                 let word = &text[at..end];
-                let token = match Keyword::from_text(word) {
-                    Some(keyword) => Token::Word(keyword),
-                    None => Token::Name(symbols.intern(word)),
-                };
-                (token, end)
+                // No keyword begins with a capital.
+                let keyword = if byte >= b'_' { Keyword::from_text(word) } else { None };
+                match keyword {
+                    Some(keyword) => {
+                        if is_list(keyword) {
+                            rows_at = behind_count(bytes, end).unwrap_or(usize::MAX);
+                        }
+                        (Token::Word(keyword), end)
+                    }
+                    None => (Token::Name(symbols.intern(word)), end),
+                }
             }
             b'/' => match bytes.get(at + 1) {
                 Some(b'/') => {
                     at = line_end(bytes, at);
                     continue;
                 }
-                Some(b'*') => return at,
+                Some(b'*') => match comment_end(bytes, at) {
+                    Some(end) => {
+                        at = end;
+                        continue;
+                    }
+                    None => {
+                        // It runs to the end of the file; its place is its start only, as that of a broken string.
+                        push(program, Token::BrokenComment, at, 2);
+                        return bytes.len();
+                    }
+                },
                 _ => (Token::Mark(Mark::Slash), at + 1),
             },
-            b'<' => match vector(bytes, at, &mut program.numbers) {
-                Some(vector) => vector,
-                None => mark(text, at, 1 + usize::from(bytes.get(at + 1) == Some(&b'='))),
-            },
-            b'>' | b'!' => mark(text, at, 1 + usize::from(bytes.get(at + 1) == Some(&b'='))),
+            b'<' => {
+                let numbers = &mut program.numbers;
+                let rows = if at == rows_at { rows(bytes, at, numbers) } else { None };
+                rows.or_else(|| vector(bytes, at, numbers))
+                    .unwrap_or_else(|| or_equal(bytes, at, Mark::Less, Mark::LessEqual))
+            }
+            b'>' => or_equal(bytes, at, Mark::Greater, Mark::GreaterEqual),
+            b'!' => or_equal(bytes, at, Mark::Not, Mark::NotEqual),
             b'0'..=b'9' | b'.' => match number(bytes, at) {
                 Some((value, end)) => (Token::Number(value), end),
                 None => (Token::Mark(Mark::Dot), at + 1),
             },
-            b'('..=b'-' | b'{'..=b'}' | b':' | b';' | b'=' | b'?' | b'[' | b']' | b'&' => mark(text, at, 1),
-            _ => return at,
+            b'"' => match string_end(bytes, at + 1) {
+                (end, true) => {
+                    program.strings.push(text[at + 1..end].into());
+                    (Token::String(program.strings.len() as u32 - 1), end + 1)
+                }
+                (end, false) => {
+                    push(program, Token::BrokenString, at, 1);
+                    at = end;
+                    continue;
+                }
+            },
+            b'#' => {
+                let start = behind_gap(bytes, at + 1);
+                let end = word_end(bytes, start);
+                match Keyword::from_text(&text[start..end]).and_then(directive_of) {
+                    Some(directive) => (Token::Directive(directive, 0), end),
+                    None => (Token::Junk('#'), at + 1),
+                }
+            }
+            _ => match MARKS[usize::from(byte)] {
+                Some(mark) => (Token::Mark(mark), at + 1),
+                None => return at,
+            },
         };
-        program.tokens.push(token);
-        program.places.push((at as u32, (end - at) as u32));
+        push(program, token, at, end - at);
         at = end;
     }
     at
 }
 
-/// The mark of `len` characters at `at`, and where it ends.
-fn mark(text: &str, at: usize, len: usize) -> (Token, usize) {
-    let end = at + len;
-    (Mark::from_text(&text[at..end]).map_or(Token::Junk(' '), Token::Mark), end)
+#[inline]
+fn push(program: &mut Program, token: Token, at: usize, len: usize) {
+    program.tokens.push(token);
+    program.places.push((at as u32, len as u32));
 }
 
-fn is_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_'
+/// The marks of one character that begin no other token.
+const MARKS: [Option<Mark>; 256] = {
+    use Mark::*;
+    let mut marks = [None; 256];
+    let all = [
+        (b'{', OpenBrace),
+        (b'}', CloseBrace),
+        (b'(', OpenParen),
+        (b')', CloseParen),
+        (b'[', OpenBracket),
+        (b']', CloseBracket),
+        (b'=', Equal),
+        (b'&', And),
+        (b'|', Or),
+        (b'?', Question),
+        (b':', Colon),
+        (b';', Semicolon),
+        (b',', Comma),
+        (b'+', Plus),
+        (b'-', Minus),
+        (b'*', Star),
+    ];
+    let mut i = 0;
+    while i < all.len() {
+        marks[all[i].0 as usize] = Some(all[i].1);
+        i += 1;
+    }
+    marks
+};
+
+/// A mark and where it ends; the second one if a `=` follows.
+fn or_equal(bytes: &[u8], at: usize, alone: Mark, equal: Mark) -> (Token, usize) {
+    match bytes.get(at + 1) {
+        Some(b'=') => (Token::Mark(equal), at + 2),
+        _ => (Token::Mark(alone), at + 1),
+    }
+}
+
+/// Characters of words.
+const OF_WORDS: [bool; 256] = {
+    let mut of_words = [false; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        of_words[byte] = (byte as u8).is_ascii_alphanumeric() || byte as u8 == b'_';
+        byte += 1;
+    }
+    of_words
+};
+
+/// Where the word at `at` ends.
+fn word_end(bytes: &[u8], at: usize) -> usize {
+    let rest = &bytes[at..];
+    at + rest.iter().position(|byte| !OF_WORDS[usize::from(*byte)]).unwrap_or(rest.len())
 }
 
 /// Where the line that `at` is in ends.
 fn line_end(bytes: &[u8], at: usize) -> usize {
-    at + bytes[at..].iter().take_while(|byte| !matches!(byte, b'\n' | b'\r')).count()
+    memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |len| at + len)
+}
+
+/// Where the nesting comment at `at` ends; `None` if it does not.
+fn comment_end(bytes: &[u8], at: usize) -> Option<usize> {
+    let mut open = 1usize;
+    let mut at = at + 2;
+    while open > 0 {
+        at += memchr2(b'/', b'*', bytes.get(at..)?)?;
+        match (bytes[at], bytes.get(at + 1)) {
+            (b'/', Some(b'*')) => open += 1,
+            (b'*', Some(b'/')) => open -= 1,
+            _ => {
+                at += 1;
+                continue;
+            }
+        }
+        at += 2;
+    }
+    Some(at)
+}
+
+/// Where the text of the string that begins at `at` ends, and whether its quote is there.
+fn string_end(bytes: &[u8], mut at: usize) -> (usize, bool) {
+    while let Some(len) = bytes.get(at..).and_then(|rest| memchr2(b'"', b'\\', rest)) {
+        at += len;
+        if bytes[at] == b'"' {
+            return (at, true);
+        }
+        if at + 1 == bytes.len() {
+            return (at, false);
+        }
+        at += 2;
+    }
+    (bytes.len(), false)
+}
+
+/// Words whose lists are long.
+fn is_list(word: Keyword) -> bool {
+    use Keyword::{FaceIndices, NormalIndices, NormalVectors, VertexVectors};
+    matches!(word, VertexVectors | NormalVectors | FaceIndices | NormalIndices)
+}
+
+/// Where the rows of a list begin whose word ends at `at`: behind `{ 123,`.
+fn behind_count(bytes: &[u8], at: usize) -> Option<usize> {
+    let at = behind_gap(bytes, at);
+    let at = (bytes.get(at) == Some(&b'{')).then(|| behind_gap(bytes, at + 1))?;
+    let at = behind_gap(bytes, number(bytes, at)?.1);
+    (bytes.get(at) == Some(&b',')).then(|| behind_gap(bytes, at + 1))
+}
+
+/// Vectors of three numbers with a comma between each two: their token and where they end. The numbers go to `numbers`.
+fn rows(bytes: &[u8], start: usize, numbers: &mut Vec<f64>) -> Option<(Token, usize)> {
+    let first = numbers.len();
+    let (mut at, mut end) = (start, None);
+    while bytes.get(at) == Some(&b'<') {
+        let before = numbers.len();
+        let Some((Token::Vector(_, count), behind)) = vector(bytes, at, numbers) else { break };
+        if count != 3 {
+            numbers.truncate(before);
+            break;
+        }
+        end = Some(behind);
+        at = behind_gap(bytes, behind);
+        if bytes.get(at) != Some(&b',') {
+            break;
+        }
+        at = behind_gap(bytes, at + 1);
+    }
+    let token = Token::Rows(first as u32, ((numbers.len() - first) / 3) as u32);
+    end.map(|end| (token, end))
 }
 
 /// `<`, two or more numbers with a comma between each two, `>`: its token and where it ends. The numbers
@@ -92,11 +256,10 @@ fn vector(bytes: &[u8], open: usize, numbers: &mut Vec<f64>) -> Option<(Token, u
     None
 }
 
-fn behind_gap(bytes: &[u8], mut at: usize) -> usize {
-    while let Some(b' ' | b'\t' | b'\n' | b'\r') = bytes.get(at) {
-        at += 1;
-    }
-    at
+fn behind_gap(bytes: &[u8], at: usize) -> usize {
+    let rest = &bytes[at..];
+    let blank = |byte: &u8| matches!(byte, b' ' | b'\t' | b'\n' | b'\r');
+    at + rest.iter().position(|byte| !blank(byte)).unwrap_or(rest.len())
 }
 
 /// Powers of ten that doubles hold exactly.

@@ -13,7 +13,7 @@ pub struct Program {
     pub tokens: Vec<Token>,
     /// For each token its first byte and its length in bytes.
     pub places: Vec<(u32, u32)>,
-    /// What [`Token::Vector`] indexes.
+    /// What [`Token::Vector`] and [`Token::Rows`] index.
     pub numbers: Vec<f64>,
     /// What [`Token::String`] indexes: text between the quotes, escapes not yet resolved.
     pub strings: Vec<Arc<str>>,
@@ -28,6 +28,9 @@ pub enum Token {
     Number(f64),
     /// A vector of two or more plain numbers: the first one's index, and how many.
     Vector(u32, u16),
+    /// The vectors of three plain numbers that begin a list of a mesh2, with their commas: the first number's index, and
+    /// how many vectors.
+    Rows(u32, u32),
     /// A string, by index.
     String(u32),
     /// A user's name.

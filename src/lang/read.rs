@@ -32,12 +32,9 @@ fn tokenize(
     let mut at = 0;
     while at < text.len() {
         at = scan(text, at, program, symbols);
-        let rest = &text[at..];
-        if rest.is_empty() {
-            break;
-        }
-        let rule = if rest.starts_with("/*") { Rule::block_comment } else { Rule::other };
-        let parsed = SceneParser::parse(rule, rest);
+        // What is left is one character that nobody writes.
+        let Some(odd) = text[at..].chars().next() else { break };
+        let parsed = SceneParser::parse(Rule::other, &text[at..at + odd.len_utf8()]);
         let Some(pair) =
             parsed.ok().and_then(|mut pairs| pairs.next()).filter(|pair| !pair.as_str().is_empty())
         else {
@@ -81,6 +78,13 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
             // Longer than any vector or polynomial; the evaluator says that it is too long.
             let count = (program.numbers.len() - first).min(usize::from(u16::MAX));
             Token::Vector(first as u32, count as u16)
+        }
+        Rule::rows => {
+            let first = program.numbers.len();
+            let components =
+                pair.into_inner().map(|component| component.as_str().parse().unwrap_or(f64::NAN));
+            program.numbers.extend(components);
+            Token::Rows(first as u32, ((program.numbers.len() - first) / 3) as u32)
         }
         Rule::string => {
             program.strings.push(text[1..text.len() - 1].into());
@@ -173,6 +177,14 @@ mod tests {
         fn plain_text_is_scanned_as_the_grammar_says(
             text in "([<>{}()\\[\\],.+/*ex \\n#\"!=&|?:;\\\\é-]|[0-9]{1,3}|[a-z_]{1,2}|sphere|/\\*|\\*/|//|# ?if\
                      |<-?[0-9]{1,2}, ?-?[0-9]{0,2}\\.?[0-9]{0,18}(e-?[0-9]{1,3})?>){0,40}"
+        ) {
+            check_against_grammar(&text);
+        }
+
+        #[test]
+        fn lists_of_vectors_are_scanned_as_the_grammar_says(
+            text in "(vertex_vectors|normal_indices|uv_vectors) ?\\{? ?3 ?,? ?\
+                     (<[0-9]{1,2}, ?-?[0-9](e9)?,[0-9]{1,2}>|<1,2>|<1,a,3>|, ?|\n|/\\*\\*/|\\}){0,20}"
         ) {
             check_against_grammar(&text);
         }
