@@ -6,7 +6,7 @@
 use super::machine::{Machine, Res};
 use super::value::{Num, ObjectValue, Value};
 use crate::lang::{Keyword, Mark, Token};
-use crate::reference;
+use crate::reference::Solid;
 use crate::scene::{CsgOp, Object, Shape, Transform};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
@@ -21,6 +21,9 @@ const PARTS_A_STEP: u64 = 8;
 
 /// Bytes that the oracle takes for a part, about.
 const PART_BYTES: u64 = 500;
+
+/// Objects that are kept ready to be asked.
+const SOLIDS: usize = 4;
 
 /// Lowest and highest corner.
 pub(super) type Extent = (DVec3, DVec3);
@@ -44,7 +47,7 @@ impl Machine<'_> {
         }
         self.count_steps(shapes / PARTS_A_STEP)?;
         if word == Keyword::Inside {
-            return Ok(Num::float(f64::from(reference::contains(&object, point))));
+            return Ok(Num::float(f64::from(self.solid(&object).contains(point))));
         }
         self.comma()?;
         let direction = self.vector()?;
@@ -60,7 +63,7 @@ impl Machine<'_> {
             });
         }
         let hit = match direction.try_normalize() {
-            Some(direction) => reference::meet(&object, point, direction),
+            Some(direction) => self.solid(&object).meet(point, direction),
             None => None,
         };
         let (point, normal) = hit.map_or((DVec3::ZERO, DVec3::ZERO), |hit| (hit.point, hit.normal));
@@ -68,6 +71,20 @@ impl Machine<'_> {
             self.scopes.set_at(&place, Value::Number(Num::vector(normal)));
         }
         Ok(Num::vector(point))
+    }
+
+    /// An object as the oracle wants it. Scripts ask the same few objects again and again.
+    fn solid(&mut self, object: &Arc<Object>) -> &Solid {
+        let known = self.solids.iter().position(|(known, _)| Arc::ptr_eq(known, object));
+        let index = known.unwrap_or_else(|| {
+            if self.solids.len() == SOLIDS {
+                self.solids.remove(0);
+            }
+            // The object is kept, so that its address stays its own and nobody changes it in place.
+            self.solids.push((object.clone(), Solid::new(object)));
+            self.solids.len() - 1
+        });
+        &self.solids[index].1
     }
 
     /// An object by name or as it stands. Where a shape is not modelled its bounding box answers, and the scene is

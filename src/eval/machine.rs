@@ -65,7 +65,7 @@ pub(super) struct Loop {
 /// stack of [`STACK_BYTES`].
 const NESTING: usize = 1_000;
 
-/// Stack of the thread that evaluates: enough for [`NESTING`] levels at 64 kB each.
+/// Stack of an evaluation: enough for [`NESTING`] levels at 64 kB each.
 pub(super) const STACK_BYTES: usize = 64 << 20;
 
 /// The state of an evaluation.
@@ -114,6 +114,8 @@ pub(super) struct Machine<'a> {
     pub missing: super::missing::MissingList,
     /// What `#fopen` has opened.
     pub data_files: super::data_file::DataFiles,
+    /// What was asked about last by `trace` and `inside`.
+    pub solids: Vec<(Arc<crate::scene::Object>, crate::reference::Solid)>,
     pub warned: rustc_hash::FxHashSet<(Span, &'static str)>,
 }
 
@@ -154,6 +156,7 @@ impl<'a> Machine<'a> {
             program_of: FxHashMap::default(),
             missing: Default::default(),
             data_files: Default::default(),
+            solids: Vec::new(),
             warned: Default::default(),
         }
     }

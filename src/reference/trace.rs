@@ -227,8 +227,8 @@ impl<'w> Tracer<'w> {
 
     /// What a surface on the way to a light leaves of it.
     fn filtered(&self, met: &Met, ray: &Ray, media: &Media) -> Rgb {
-        if let Shape::Mesh(mesh) = met.face.leaf.shape
-            && mesh.blocks_light(met.face.leaf.look.texture.map(|placed| placed.texture))
+        if let Shape::Mesh(mesh) = met.face.leaf.shape()
+            && mesh.blocks_light(met.face.leaf.look.texture.as_ref().map(|placed| &*placed.texture))
         {
             return Rgb::ZERO;
         }

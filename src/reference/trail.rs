@@ -21,7 +21,7 @@ pub struct Trail<'w> {
     /// The state at `t = -∞`.
     pub starts_inside: bool,
     /// In rising order of `t`; those of one object's parts that tie are one.
-    pub crossings: SmallVec<[Crossing<'w>; 4]>,
+    pub crossings: SmallVec<[Crossing<'w>; 2]>,
 }
 
 /// One place where something changes or something is seen.
@@ -43,7 +43,7 @@ pub struct Crossing<'w> {
 #[derive(Clone, Copy)]
 pub struct Face<'w> {
     /// Whose surface.
-    pub leaf: &'w Leaf<'w>,
+    pub leaf: &'w Leaf,
     /// Which part of it.
     pub part: usize,
     /// The point in the leaf's space, on the surface.
@@ -89,29 +89,34 @@ impl Trail<'_> {
     }
 }
 
-impl Node<'_> {
+impl Node {
     /// The passage of `ray`'s whole line through this object.
     pub fn trail<'w>(&'w self, ray: &Ray) -> Trail<'w> {
         let trail = match &self.kind {
             NodeKind::Leaf(leaf) => leaf.trail(ray),
             NodeKind::Group { join, children, .. } => {
-                combine(*join, children.iter().map(|child| child.trail(ray)).collect())
+                let mut parts = Parts::new(*join);
+                for child in children {
+                    parts.add(child.trail(ray));
+                }
+                parts.combine()
             }
         };
         if self.clips.is_empty() {
             return trail;
         }
-        let mut trails = vec![trail];
+        let mut parts = Parts::new(Join::Intersection);
+        parts.add(trail);
         for clip in &self.clips {
             let mut clip = clip.trail(ray);
             clip.crossings.iter_mut().for_each(|crossing| crossing.face = None);
-            trails.push(clip);
+            parts.add(clip);
         }
-        combine(Join::Intersection, trails)
+        parts.combine()
     }
 }
 
-impl Leaf<'_> {
+impl Leaf {
     fn trail<'w>(&'w self, ray: &Ray) -> Trail<'w> {
         let departure = ray.left.filter(|departure| departure.leaf == self.id);
         let from_world = self.to_world.inverted();
@@ -120,7 +125,7 @@ impl Leaf<'_> {
             dir: from_world.vector(ray.dir),
             left: departure.map(|departure| departure.part),
         };
-        let roots = shape::cross(self.shape, &line);
+        let roots = shape::cross(self.shape(), &line);
         let mut inside = roots.starts_inside != (self.inverted && self.solid);
         let starts_inside = inside;
         let mut crossing = |root: &Root| {
@@ -135,7 +140,7 @@ impl Leaf<'_> {
         let outward = self.to_world.normal(root.smooth.unwrap_or(root.normal)).normalize();
         // The front of a triangle by itself goes by the order of its corners in the world: a mirror turns it, where it
         // does not turn a mesh's (measured in POV-Ray 3.7).
-        let mirrored = matches!(self.shape, Shape::Triangle { normals: None, .. })
+        let mirrored = matches!(self.shape(), Shape::Triangle { normals: None, .. })
             && self.to_world.forward.matrix3.determinant() < 0.0;
         let shading = if self.inverted != mirrored { -outward } else { outward };
         let point = self.to_world.point(root.point);
@@ -151,52 +156,65 @@ impl Leaf<'_> {
     }
 }
 
-/// Joins the trails of an object's children.
-///
-/// Crossings that tie are taken together, at most one from each child, and only the states before and after all of them count.
-fn combine<'w>(join: Join, trails: Vec<Trail<'w>>) -> Trail<'w> {
-    let mut state = Children {
-        join,
-        inside: trails.iter().filter(|trail| trail.starts_inside).count(),
-        all: trails.len(),
-    };
-    let starts_inside = state.is_inside();
-    // Children that the line never crosses only have a state.
-    let mut cursors: Vec<Cursor> = trails
-        .into_iter()
-        .filter(|trail| !trail.crossings.is_empty())
-        .map(|trail| Cursor { inside: trail.starts_inside, rest: trail.crossings.into_iter().peekable() })
-        .collect();
-    let mut crossings = smallvec![];
-    while let Some((t, slack)) = next(&mut cursors) {
-        let ties = |crossing: &Crossing| (crossing.t - t).abs() <= crossing.slack + slack;
-        let tied: Vec<(bool, Crossing)> = cursors
-            .iter_mut()
-            .filter_map(|cursor| {
-                let crossing = cursor.rest.next_if(ties)?;
-                let before = std::mem::replace(&mut cursor.inside, crossing.inside_after);
-                Some((before, crossing))
-            })
-            .collect();
-        let before = state;
-        for (was_inside, crossing) in &tied {
-            state.inside = state.inside + usize::from(crossing.inside_after) - usize::from(*was_inside);
-        }
-        let seen = tied.iter().find(|(was_inside, crossing)| {
-            crossing.face.is_some() && counts(&before, &state, *was_inside, crossing.inside_after)
-        });
-        let left = tied.iter().any(|(_, crossing)| crossing.left);
-        let t = if left { 0.0 } else { seen.map_or(t, |(_, crossing)| crossing.t) };
-        let face = seen.and_then(|(_, crossing)| crossing.face);
-        crossings.push(Crossing { t, slack, inside_after: state.is_inside(), face, left });
+/// The trails of an object's children.
+struct Parts<'w> {
+    state: Children,
+    cursors: Vec<Cursor<'w>>,
+}
+
+impl<'w> Parts<'w> {
+    fn new(join: Join) -> Self {
+        Self { state: Children { join, inside: 0, all: 0 }, cursors: Vec::new() }
     }
-    Trail { starts_inside, crossings }
+
+    fn add(&mut self, trail: Trail<'w>) {
+        self.state.inside += usize::from(trail.starts_inside);
+        self.state.all += 1;
+        // Children that the line never crosses only have a state.
+        if !trail.crossings.is_empty() {
+            let rest = trail.crossings.into_iter().peekable();
+            self.cursors.push(Cursor { inside: trail.starts_inside, rest });
+        }
+    }
+
+    /// Joins the trails.
+    ///
+    /// Crossings that tie are taken together, at most one from each child, and only the states before and after all of them
+    /// count.
+    fn combine(self) -> Trail<'w> {
+        let Self { mut state, mut cursors } = self;
+        let starts_inside = state.is_inside();
+        let mut crossings = smallvec![];
+        while let Some((t, slack)) = next(&mut cursors) {
+            let ties = |crossing: &Crossing| (crossing.t - t).abs() <= crossing.slack + slack;
+            let tied: Vec<(bool, Crossing)> = cursors
+                .iter_mut()
+                .filter_map(|cursor| {
+                    let crossing = cursor.rest.next_if(ties)?;
+                    let before = std::mem::replace(&mut cursor.inside, crossing.inside_after);
+                    Some((before, crossing))
+                })
+                .collect();
+            let before = state;
+            for (was_inside, crossing) in &tied {
+                state.inside = state.inside + usize::from(crossing.inside_after) - usize::from(*was_inside);
+            }
+            let seen = tied.iter().find(|(was_inside, crossing)| {
+                crossing.face.is_some() && counts(&before, &state, *was_inside, crossing.inside_after)
+            });
+            let left = tied.iter().any(|(_, crossing)| crossing.left);
+            let t = if left { 0.0 } else { seen.map_or(t, |(_, crossing)| crossing.t) };
+            let face = seen.and_then(|(_, crossing)| crossing.face);
+            crossings.push(Crossing { t, slack, inside_after: state.is_inside(), face, left });
+        }
+        Trail { starts_inside, crossings }
+    }
 }
 
 /// A child on the way along the line.
 struct Cursor<'w> {
     inside: bool,
-    rest: std::iter::Peekable<smallvec::IntoIter<[Crossing<'w>; 4]>>,
+    rest: std::iter::Peekable<smallvec::IntoIter<[Crossing<'w>; 2]>>,
 }
 
 /// Place and slack of the first crossing not yet passed.

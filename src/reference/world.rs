@@ -17,34 +17,34 @@ pub struct World<'s> {
     /// Camera, lights, settings.
     pub scene: &'s Scene,
     /// One for each of the scene's objects, in its order.
-    pub nodes: Vec<Node<'s>>,
+    pub nodes: Vec<Node>,
     /// For surfaces that nothing gives a texture.
-    default_texture: PlacedTexture<'s>,
+    default_texture: PlacedTexture,
     /// What [`InteriorId`]s stand for.
     pub interiors: Vec<Arc<Interior>>,
 }
 
 /// An object or a part of one.
-pub struct Node<'s> {
+pub struct Node {
     /// A shape or several.
-    pub kind: NodeKind<'s>,
+    pub kind: NodeKind,
     /// Only what is inside all of these is there.
-    pub clips: Vec<Node<'s>>,
+    pub clips: Vec<Node>,
     /// What is in it, unless its children say otherwise.
     pub interior: InteriorId,
 }
 
 /// A shape or several.
 #[allow(clippy::large_enum_variant, reason = "most nodes are leaves")]
-pub enum NodeKind<'s> {
+pub enum NodeKind {
     /// One shape.
-    Leaf(Leaf<'s>),
+    Leaf(Leaf),
     /// Several.
     Group {
         /// How they are joined.
         join: Join,
         /// In order of declaration.
-        children: Vec<Node<'s>>,
+        children: Vec<Node>,
         /// A face cut into it can show the textures of this many of its children: all, or the first of a difference.
         cuttable: usize,
     },
@@ -62,11 +62,11 @@ pub enum Join {
 }
 
 /// A shape in the world.
-pub struct Leaf<'s> {
+pub struct Leaf {
     /// Counts all leaves of the world.
     pub id: usize,
-    /// In its own space.
-    pub shape: &'s Shape,
+    /// Whose shape it is.
+    object: Arc<Object>,
     /// From that space to the world.
     pub to_world: Transform,
     /// Inside and outside have changed places.
@@ -76,16 +76,16 @@ pub struct Leaf<'s> {
     /// A bound on its coordinates in the world: the size of the numbers its meetings are computed from.
     pub reach: f64,
     /// What its surface shows.
-    pub look: Look<'s>,
+    pub look: Look,
 }
 
 /// What a leaf has of its own or from its ancestors.
-#[derive(Clone, Copy)]
-pub struct Look<'s> {
+#[derive(Clone)]
+pub struct Look {
     /// `None` only on helpers such as clips, whose surfaces are never seen.
-    pub texture: Option<PlacedTexture<'s>>,
+    pub texture: Option<PlacedTexture>,
     /// Seen from inside instead of `texture`.
-    pub interior_texture: Option<PlacedTexture<'s>>,
+    pub interior_texture: Option<PlacedTexture>,
     /// What is in it.
     pub interior: InteriorId,
     /// Its own and its ancestors' switches; what hides it from rays is asked of whole objects only.
@@ -93,18 +93,25 @@ pub struct Look<'s> {
 }
 
 /// A texture, and the way from the world to its space.
-#[derive(Clone, Copy)]
-pub struct PlacedTexture<'s> {
+#[derive(Clone)]
+pub struct PlacedTexture {
     /// The layers.
-    pub texture: &'s Texture,
+    pub texture: Arc<Texture>,
     /// Takes the world's points to the texture's.
     pub from_world: Transform,
 }
 
-impl<'s> PlacedTexture<'s> {
+impl Leaf {
+    /// In its own space.
+    pub fn shape(&self) -> &Shape {
+        &self.object.shape
+    }
+}
+
+impl PlacedTexture {
     /// A texture that lives in the space which `to_world` leads from.
-    pub fn new(texture: &'s Texture, to_world: &Transform) -> Self {
-        Self { texture, from_world: texture.transform.then(to_world).inverted() }
+    pub fn new(texture: &Arc<Texture>, to_world: &Transform) -> Self {
+        Self { texture: texture.clone(), from_world: texture.transform.then(to_world).inverted() }
     }
 }
 
@@ -127,44 +134,25 @@ pub struct Met<'w> {
 impl<'s> World<'s> {
     /// Resolves the scene.
     pub fn new(scene: &'s Scene) -> Self {
-        let mut builder = Builder { leaves: 0, interiors: Vec::new() };
+        let mut builder = Builder::default();
         let nodes = scene.objects.iter().map(|object| builder.top_level(object)).collect();
-        let default_texture = PlacedTexture { texture: &DEFAULT_TEXTURE, from_world: Transform::IDENTITY };
+        let default_texture =
+            PlacedTexture { texture: DEFAULT_TEXTURE.clone(), from_world: Transform::IDENTITY };
         Self { scene, nodes, default_texture, interiors: builder.interiors }
     }
 
-    /// The nearest surface that the ray sees before `t_max`.
-    ///
-    /// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met.
+    /// [`nearest`] of the scene's objects.
     pub fn nearest(&self, ray: &Ray, t_max: f64) -> Option<Met<'_>> {
-        let mut best: Option<(Crossing, Face, usize)> = None;
-        for (object, node) in self.nodes.iter().enumerate() {
-            for crossing in node.trail(ray).crossings {
-                let Some(face) = crossing.face else { continue };
-                if !crossing.is_ahead() || is_hidden(&face.leaf.look.flags, ray.kind) {
-                    continue;
-                }
-                let limit = best.as_ref().map_or(t_max, |best| best.0.t);
-                if crossing.t < limit - crossing.slack {
-                    best = Some((crossing, face, object));
-                }
-                break;
-            }
-        }
-        let (crossing, face, object) = best?;
-        // A wound-up shading normal is turned to the viewer by itself, as POV-Ray does.
-        let backside = face.shading.dot(ray.dir) > 0.0;
-        let normal = if backside { -face.shading } else { face.shading };
-        Some(Met { t: crossing.t, slack: crossing.slack, face, normal, backside, object })
+        nearest(&self.nodes, ray, t_max)
     }
 
     /// What a surface shows: textures with their shares, which add up to 1.
-    pub fn textures<'w>(&'w self, met: &Met<'w>, ray: &Ray) -> SmallVec<[(f64, PlacedTexture<'w>); 3]> {
+    pub fn textures(&self, met: &Met, ray: &Ray) -> SmallVec<[(f64, PlacedTexture); 3]> {
         let leaf = met.face.leaf;
-        if let (true, Some(inner)) = (met.backside, leaf.look.interior_texture) {
-            return smallvec![(1.0, inner)];
+        if let (true, Some(inner)) = (met.backside, &leaf.look.interior_texture) {
+            return smallvec![(1.0, inner.clone())];
         }
-        if let Shape::Mesh(mesh) = leaf.shape
+        if let Shape::Mesh(mesh) = leaf.shape()
             && let Some(textures) = mesh.triangles[met.face.part].textures
         {
             let place = |i: u32| PlacedTexture::new(&mesh.textures[i as usize], &leaf.to_world);
@@ -174,13 +162,13 @@ impl<'s> World<'s> {
                 met.face.corners.into_iter().zip(textures.map(place)).collect()
             };
         }
-        if let Some(texture) = leaf.look.texture {
-            return smallvec![(1.0, texture)];
+        if let Some(texture) = &leaf.look.texture {
+            return smallvec![(1.0, texture.clone())];
         }
         let mut found = SmallVec::new();
         self.nodes[met.object].cut_textures(ray, met, &mut found);
         if found.is_empty() {
-            found.push(self.default_texture);
+            found.push(self.default_texture.clone());
         }
         let share = 1.0 / found.len() as f64;
         found.into_iter().map(|texture| (share, texture)).collect()
@@ -196,16 +184,46 @@ impl<'s> World<'s> {
     }
 }
 
-impl Node<'_> {
+/// The nearest surface of these that the ray sees before `t_max`.
+///
+/// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met.
+pub fn nearest<'w>(nodes: &'w [Node], ray: &Ray, t_max: f64) -> Option<Met<'w>> {
+    let mut best: Option<(Crossing, Face, usize)> = None;
+    for (object, node) in nodes.iter().enumerate() {
+        for crossing in node.trail(ray).crossings {
+            let Some(face) = crossing.face else { continue };
+            if !crossing.is_ahead() || is_hidden(&face.leaf.look.flags, ray.kind) {
+                continue;
+            }
+            let limit = best.as_ref().map_or(t_max, |best| best.0.t);
+            if crossing.t < limit - crossing.slack {
+                best = Some((crossing, face, object));
+            }
+            break;
+        }
+    }
+    let (crossing, face, object) = best?;
+    // A wound-up shading normal is turned to the viewer by itself, as POV-Ray does.
+    let backside = face.shading.dot(ray.dir) > 0.0;
+    let normal = if backside { -face.shading } else { face.shading };
+    Some(Met { t: crossing.t, slack: crossing.slack, face, normal, backside, object })
+}
+
+/// One object, resolved by itself.
+pub fn alone(object: &Arc<Object>) -> Node {
+    Builder::default().top_level(object)
+}
+
+impl Node {
     /// Where no texture is given to a cut face (`cutaway_textures`): those of the parts that the face's point is in.
     ///
     /// A point on a surface counts as in it. Of a difference only the first part counts.
-    fn cut_textures<'w>(&'w self, ray: &Ray, met: &Met, found: &mut SmallVec<[PlacedTexture<'w>; 3]>) {
+    fn cut_textures(&self, ray: &Ray, met: &Met, found: &mut SmallVec<[PlacedTexture; 3]>) {
         if self.trail(ray).sides_at(met.t, met.slack) == [false, false] {
             return;
         }
         match &self.kind {
-            NodeKind::Leaf(leaf) => found.extend(leaf.look.texture),
+            NodeKind::Leaf(leaf) => found.extend(leaf.look.texture.clone()),
             NodeKind::Group { children, cuttable, .. } => {
                 children[..*cuttable].iter().for_each(|child| child.cut_textures(ray, met, found));
             }
@@ -215,7 +233,7 @@ impl Node<'_> {
     fn add_media(&self, ray: &Ray, media: &mut Media) {
         // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
         let has_inside = match &self.kind {
-            NodeKind::Leaf(leaf) => leaf.solid && !matches!(leaf.shape, Shape::Disc { .. }),
+            NodeKind::Leaf(leaf) => leaf.solid && !matches!(leaf.shape(), Shape::Disc { .. }),
             NodeKind::Group { .. } => true,
         };
         if !has_inside || !self.trail(ray).is_inside_at_start() {
@@ -241,20 +259,21 @@ fn is_hidden(flags: &Flags, kind: RayKind) -> bool {
 }
 
 /// POV-Ray's default texture.
-static DEFAULT_TEXTURE: LazyLock<Texture> = LazyLock::new(Texture::default);
+static DEFAULT_TEXTURE: LazyLock<Arc<Texture>> = LazyLock::new(Arc::default);
 
 /// Hands out numbers for leaves and interiors while the tree is built.
+#[derive(Default)]
 struct Builder {
     leaves: usize,
     interiors: Vec<Arc<Interior>>,
 }
 
 /// What a child has from its parent.
-#[derive(Clone, Copy)]
-struct Inherited<'s> {
+#[derive(Clone)]
+struct Inherited {
     /// From the parent's inner space to the world.
     to_world: Transform,
-    look: Look<'s>,
+    look: Look,
     inverted: bool,
     /// Interiors from here on are known to nobody else.
     own_interiors: bool,
@@ -263,7 +282,7 @@ struct Inherited<'s> {
 }
 
 impl Builder {
-    fn top_level<'s>(&mut self, object: &'s Object) -> Node<'s> {
+    fn top_level(&mut self, object: &Arc<Object>) -> Node {
         // Every object has an interior; one that is not given is of its own kind of air.
         let interior = match &object.interior {
             Some(interior) => self.interior(interior, false),
@@ -282,11 +301,15 @@ impl Builder {
         )
     }
 
-    fn node<'s>(&mut self, object: &'s Object, parent: &Inherited<'s>) -> Node<'s> {
-        let place = |texture: &'s Arc<Texture>| PlacedTexture::new(texture, &parent.to_world);
+    fn node(&mut self, object: &Arc<Object>, parent: &Inherited) -> Node {
+        let place = |texture: &Arc<Texture>| PlacedTexture::new(texture, &parent.to_world);
         let look = Look {
-            texture: object.texture.as_ref().map(place).or(parent.look.texture),
-            interior_texture: object.interior_texture.as_ref().map(place).or(parent.look.interior_texture),
+            texture: object.texture.as_ref().map(place).or_else(|| parent.look.texture.clone()),
+            interior_texture: object
+                .interior_texture
+                .as_ref()
+                .map(place)
+                .or_else(|| parent.look.interior_texture.clone()),
             interior: object
                 .interior
                 .as_ref()
@@ -300,29 +323,25 @@ impl Builder {
                 let (join, first_inverted, others_inverted) = join(*op, inverted);
                 let separable = parent.separable && *op == CsgOp::Union && object.clipped_by.is_empty();
                 let own_interiors = parent.own_interiors || object.own_interiors;
-                let mut child = |(i, child): (usize, &'s Arc<Object>)| {
+                let mut child = |(i, child): (usize, &Arc<Object>)| {
                     let inverted = if i == 0 { first_inverted } else { others_inverted };
+                    let look = look.clone();
                     self.node(child, &Inherited { to_world, look, inverted, own_interiors, separable })
                 };
                 let children: Vec<_> = children.iter().enumerate().map(&mut child).collect();
                 let cuttable = if *op == CsgOp::Difference { 1 } else { children.len() };
                 NodeKind::Group { join, children, cuttable }
             }
-            shape => NodeKind::Leaf(self.leaf(shape, to_world, inverted, look)),
+            _ => NodeKind::Leaf(self.leaf(object, to_world, inverted, look.clone())),
         };
         // Clips stand in the parent's space and are not turned inside out with the object.
-        let outside = Inherited { inverted: false, separable: false, ..*parent };
+        let outside = Inherited { inverted: false, separable: false, ..parent.clone() };
         let clips = object.clipped_by.iter().map(|clip| self.node(clip, &outside)).collect();
         Node { kind, clips, interior: look.interior }
     }
 
-    fn leaf<'s>(
-        &mut self,
-        shape: &'s Shape,
-        to_world: Transform,
-        inverted: bool,
-        look: Look<'s>,
-    ) -> Leaf<'s> {
+    fn leaf(&mut self, object: &Arc<Object>, to_world: Transform, inverted: bool, look: Look) -> Leaf {
+        let shape = &object.shape;
         let id = self.leaves;
         self.leaves += 1;
         let m = to_world.forward.matrix3;
@@ -333,7 +352,7 @@ impl Builder {
             + to_world.forward.translation.abs();
         Leaf {
             id,
-            shape,
+            object: object.clone(),
             to_world,
             inverted: inverted && shape::turns(shape),
             solid: shape::is_solid(shape),
