@@ -161,6 +161,15 @@ impl Machine<'_> {
         }
     }
 
+    /// Sends the innermost text back to the token at `index`.
+    #[inline]
+    pub fn jump_back(&mut self, index: u32) {
+        if let Some(compiled) = self.compiled.get_mut(self.program as usize) {
+            compiled.repeats = true;
+        }
+        self.jump(index);
+    }
+
     /// Sends the innermost text to the token at `index`.
     #[inline]
     pub fn jump(&mut self, index: u32) {
@@ -198,6 +207,10 @@ impl Machine<'_> {
         if self.compiled.len() < self.programs.len() {
             self.compiled.resize_with(self.programs.len(), Default::default);
         }
+        // Even an include may come again.
+        let compiled = &mut self.compiled[program as usize];
+        compiled.repeats |= compiled.entered;
+        compiled.entered = true;
         self.go_to(program, next);
         Ok(())
     }

@@ -18,7 +18,7 @@ impl Machine<'_> {
     pub fn quick_directive(&mut self, directive: Directive, jump: u32) -> bool {
         match directive {
             Directive::EndBranch => self.jump(self.at + 1),
-            Directive::EndWhile => self.jump(jump),
+            Directive::EndWhile => self.jump_back(jump),
             Directive::Declare => return self.quick_declare(false).is_some(),
             Directive::Local => return self.quick_declare(true).is_some(),
             Directive::While | Directive::If => {
@@ -92,7 +92,7 @@ impl Machine<'_> {
                 Ok(())
             }
             Directive::EndWhile => {
-                self.jump(jump);
+                self.jump_back(jump);
                 Ok(())
             }
             Directive::For => self.begin_for(jump),
@@ -300,7 +300,7 @@ impl Machine<'_> {
             _ => return Err(self.error_here("the variable of `#for` is no float any more")),
         };
         self.scopes.declare(symbol, Value::Number(Num::float(value)));
-        self.jump(body);
+        self.jump_back(body);
         self.turn(value, at.index + 1);
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::machine::{FrameKind, Lexeme, Machine, Res, STACK_BYTES, Stop};
 use super::value::{Num, Value};
 use super::{Evaluation, Options};
-use crate::lang::{Diagnostic, FileId, Program, Severity, read};
+use crate::lang::{Diagnostic, FileId, Program, read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,24 +36,10 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
     std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
 }
 
-/// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed.
+/// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed. A thread would do too, but not for
+/// scenes that are read in less time than one takes to begin (and to get memory of its own).
 pub(super) fn run(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
-    std::thread::scope(|scope| {
-        let evaluate = move || evaluate(name, path, bytes, options);
-        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, evaluate);
-        match thread.map(|thread| thread.join()) {
-            Ok(Ok(evaluation)) => evaluation,
-            Ok(Err(panic)) => std::panic::resume_unwind(panic),
-            Err(error) => Evaluation {
-                diagnostics: vec![Diagnostic::new(
-                    Severity::Error,
-                    format!("cannot start the evaluator: {error}"),
-                    None,
-                )],
-                ..Evaluation::default()
-            },
-        }
-    })
+    stacker::grow(STACK_BYTES, || evaluate(name, path, bytes, options))
 }
 
 fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
