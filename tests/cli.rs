@@ -309,7 +309,9 @@ mod pictures {
         let folder = folder();
         let endless = "#declare A = 0; #while (1) #declare A = A + 1; #end";
         let hungry = "#declare S = \"0123456789abcdef\"; #while (1) #declare S = concat(S, S); #end";
+        let deep = "#macro M(N) M(N + 1) #end M(0)";
         for (text, limit, said) in [
+            (deep, "--max-call-depth 100", "more than 100 macro calls"),
             (endless, "--max-evaluation-steps 1000", "1000 evaluation steps"),
             (hungry, "--max-memory 1", "1 MB"),
         ] {

@@ -37,6 +37,9 @@ pub struct SceneArgs {
     /// Stop a script whose values and objects take more than this, in MiB
     #[arg(long, value_name = "MIB", default_value_t = eval::Limits::default().memory >> 20)]
     pub max_memory: u64,
+    /// Stop a script whose macros and includes call each other deeper than this
+    #[arg(long, value_name = "N", default_value_t = eval::Limits::default().calls)]
+    pub max_call_depth: usize,
     /// How errors and warnings are shown
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Human)]
     pub message_format: MessageFormat,
@@ -100,6 +103,7 @@ pub fn options(args: &SceneArgs, (image_width, image_height): (usize, usize)) ->
         limits: eval::Limits {
             steps: args.max_evaluation_steps,
             memory: args.max_memory.saturating_mul(1 << 20),
+            calls: args.max_call_depth,
             ..eval::Limits::default()
         },
         ..eval::Options::default()
