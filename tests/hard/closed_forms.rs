@@ -112,6 +112,8 @@ fn cases() -> Vec<Picture> {
     refraction(&mut all);
     lights(&mut all);
     composites(&mut all);
+    own_surface(&mut all);
+    slivers(&mut all);
     all
 }
 
@@ -121,9 +123,14 @@ fn slabs(all: &mut Vec<Picture>) {
         ANOTHER,
         "f32, 1 from the origin: slabs nearer or thinner than some 1e-6 are one with the floor",
     ));
-    for (gap, thick, fast) in
-        [(0.0, 1e-6, lost), (1e-12, 1e-9, lost), (1e-9, 1e-12, lost), (1e-6, 1e-3, None), (1e-3, 1e-6, None)]
-    {
+    for (gap, thick, fast) in [
+        (0.0, 1e-6, lost),
+        (1e-12, 1e-9, lost),
+        (1e-9, 1e-12, lost),
+        (1e-6, 1e-3, None),
+        (1e-3, 1e-6, None),
+        (0.0, 5e-4, None),
+    ] {
         let text = format!(
             "{LINEAR} camera {{ orthographic location <0, -0.5, 0> direction -y right 0.1*x up 0.1*z }}
              light_source {{ <0, 50, 0>, rgb 1 }}
@@ -277,4 +284,92 @@ fn composites(all: &mut Vec<Picture>) {
         );
         all.push(case(name, &text, [0.0; 3], None));
     }
+}
+
+/// A ball of radius 1 as `poly` of order 6: `(x^2 + y^2 + z^2)^3 - 1`.
+pub fn ball_of_order_6() -> String {
+    let mut terms = Vec::new();
+    for i in (0..=6).rev() {
+        for j in (0..=6 - i).rev() {
+            for k in (0..=6 - i - j).rev() {
+                let even = i % 2 == 0 && j % 2 == 0 && k % 2 == 0 && i + j + k == 6;
+                // 3! over the factorials of the halves: 1, 3 or 6.
+                let ways = [1, 1, 2, 6];
+                let c = if even { 6 / (ways[i / 2] * ways[j / 2] * ways[k / 2]) } else { 0 };
+                terms.push(if i + j + k == 0 { "-1".into() } else { c.to_string() });
+            }
+        }
+    }
+    format!("poly {{ 6, <{}> }}", terms.join(","))
+}
+
+/// Rays to the light that start on the surface they light: outward none may meet it again, inward all must.
+fn own_surface(all: &mut Vec<Picture>) {
+    let ball = ball_of_order_6();
+    // Seen within the outline by 0.4 of a unit either way; their light falls flat on the axis z.
+    for (name, object) in [
+        ("ball", "sphere { 0, 1 }"),
+        ("ball 1e-3 wide, 10 away", "sphere { 0, 1 scale 5e-4 translate <6, 8, 0> }"),
+        ("ball at 1e6", "sphere { 0, 1 translate <1e6, 2e6, 0> }"),
+        ("ellipsoid", "sphere { 0, 1 scale <2, 1, 1e-3> }"),
+        ("box", "box { -1, 1 rotate 20*x rotate 30*y }"),
+        ("cone", "cone { 2*y, 0, -2*y, 2 }"),
+        ("torus", "torus { 3, 1 translate 3*x }"),
+        ("quadric", "quadric { <1, 1, 1>, 0, 0, -1 }"),
+        ("poly of order 6", &ball),
+        (
+            "mesh",
+            "mesh { triangle { -9*x - 9*y, 9*x - 9*y, 9*y } triangle { -9*x - 9*y + z, 9*x - 9*y + z, 9*y + z } }",
+        ),
+    ] {
+        let (at, size) = match name {
+            "ball 1e-3 wide, 10 away" => ("<6, 8, 0>", 5e-4),
+            "ball at 1e6" => ("<1e6, 2e6, 0>", 1.0),
+            _ => ("<0, 0, 0>", 1.0),
+        };
+        let view = |light: &str, finish: &str| {
+            format!(
+                "{LINEAR} camera {{ orthographic location {at} - 5*z direction z right {size:e}*0.8*x up {size:e}*0.6*y }}
+                 light_source {{ {at} + {light}, rgb 1 parallel point_at {at} }}
+                 #default {{ pigment {{ rgb 1 }} finish {{ ambient 0 {finish} brilliance 0 }} }}
+                 {object}"
+            )
+        };
+        all.push(case(
+            &format!("{name}, lit from before: no shadow on itself"),
+            &view("<1, 2, -100>", "diffuse 0.75"),
+            [0.75; 3],
+            None,
+        ));
+        all.push(case(
+            &format!("{name}, lit from behind: all in its own shadow"),
+            &view("<1, 2, 100>", "diffuse 0, 0.75"),
+            [0.0; 3],
+            None,
+        ));
+    }
+}
+
+/// Triangles and boxes of nearly no or of no width.
+fn slivers(all: &mut Vec<Picture>) {
+    for width in [1e-4, 1e-7] {
+        let text = format!(
+            "{LINEAR} #declare W = {width:e};
+             camera {{ orthographic location <0.013, 0.017, -3> direction z right 800*W*x up 1.5*y }}
+             background {{ rgb 0.25 }}
+             mesh {{
+               #for (I, -500, 500)
+                 triangle {{ <I*W, -1, 0>, <(I + 1)*W, -1, 0>, <I*W, 1, 0> }}
+                 triangle {{ <(I + 1)*W, -1, 0>, <I*W, 1, 0>, <(I + 1)*W, 1, 0> }}
+               #end
+               translate 0.013*x
+               pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0 emission 0.5 }} }}"
+        );
+        all.push(case(&format!("wall of needles 2 long and {width:.0e} wide"), &text, [0.5; 3], None));
+    }
+    let text = format!(
+        "{LINEAR} camera {{ orthographic location -3*z direction z right 0.4*x up 0.3*y }} background {{ rgb 0.25 }}
+         box {{ <-1, -1, 0>, <1, 1, 0> pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0 emission 0.5 }} }}"
+    );
+    all.push(case("box without depth", &text, [0.5; 3], None));
 }

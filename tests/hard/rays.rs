@@ -10,6 +10,7 @@ use glam::{DMat3, DVec3};
 use octray::compile::Compiled;
 use octray::scene::Transform;
 use octray::{reference, wave};
+use std::sync::LazyLock;
 
 /// One shape and rays at it.
 struct Case {
@@ -68,6 +69,11 @@ fn feature(far: f64, solid: &Solid, place: &Transform, rng: &mut Rng) -> (DVec3,
 const TORUS: &str = "torus { 0.75, 0.25 rotate 90*x }";
 const THIN: &str = "torus { 1 - 1/1024, 1/1024 rotate 90*x }";
 const THIN_SOLID: Solid = Solid::Torus { major: 1.0 - 1.0 / 1024.0, minor: 1.0 / 1024.0 };
+/// The torus, multiplied out.
+const QUARTIC: &str =
+    "quartic { <1,0,0,0,2,0,0,2,0,-1.25, 0,0,0,0,0,0,0,0,0,0, 1,0,0,2,0,-1.25,0,0,0,0, 1,0,1,0,0.25> }";
+/// The ball, cubed.
+static SIXTH: LazyLock<String> = LazyLock::new(super::closed_forms::ball_of_order_6);
 const TORUS_SOLID: Solid = Solid::Torus { major: 0.75, minor: 0.25 };
 const FEW: &str = "t to the roundings of the rays' f32; lost or won where a ray passes the outline by less";
 
@@ -77,6 +83,8 @@ fn cases() -> Vec<Case> {
     let zero = DVec3::ZERO;
     let ball = |name, place, lay, fast, exact, reason| Case { name, object: "sphere { 0, 1 }", solid: Solid::Ball, place, lay, fast, exact, reason };
     let torus = |name, place, lay, fast, exact, reason| Case { name, object: TORUS, solid: TORUS_SOLID, place, lay, fast, exact, reason };
+    let quartic = |name, place, lay, fast, exact, reason| Case { name, object: QUARTIC, solid: TORUS_SOLID, place, lay, fast, exact, reason };
+    let sixth = |name, place, lay, fast, exact, reason| Case { name, object: SIXTH.as_str(), solid: Solid::Ball, place, lay, fast, exact, reason };
     let thin = |name, place, lay, fast, exact, reason| Case { name, object: THIN, solid: THIN_SOLID, place, lay, fast, exact, reason };
     let half = DVec3::new(1.0, 0.5, 0.25);
     let bar = |name, place, lay, fast, exact, reason| Case { name, object: "box { -<1, 0.5, 0.25>, <1, 0.5, 0.25> }", solid: Solid::Box { half }, place, lay, fast, exact, reason };
@@ -131,6 +139,12 @@ fn cases() -> Vec<Case> {
             let to = DVec3::new(0.7 * (r.unit() - 0.5), 0.7 * (r.unit() - 0.5), from.z);
             (from, unit(to - from))
         }, (0, 2e-5), 1e-12, "two pairs of nearly double roots at once"),
+        quartic("torus as quartic, 3 sizes away", placed(1.0, zero), |_, t, r| across(3.0, t, r), (0, 4e-6), 1e-13, "polynomials are double in every precision, on rays of f32"),
+        quartic("torus as quartic, 1e4 sizes away", placed(1.0, zero), |_, t, r| across(1e4, t, r), (0, 1e-6), 1e-13, FEW),
+        quartic("torus as quartic, grazed by 1e-6", placed(1.0, zero), |s, t, r| graze(3.0, 1e-6, s, t, r), (0, 4e-4), 1e-12, "what is missed at the tangent may be met elsewhere"),
+        sixth("ball as poly of order 6, 3 radii away", placed(1.0, zero), |_, t, r| across(3.0, t, r), (4, 4e-6), 1e-13, FEW),
+        sixth("ball as poly of order 6, of radius 2^-20", placed(2f64.powi(-20), zero), |_, t, r| across(1e4, t, r), (8, 4e-6), 1e-13, FEW),
+        sixth("ball as poly of order 6, grazed by 1e-6", placed(1.0, zero), |s, t, r| graze(3.0, 1e-6, s, t, r), (0, 2e-4), 1e-12, FEW),
         thin("torus of a tube 1e-3, 100 away", placed(1.0, zero), |_, t, r| {
             let a = r.angle();
             let target = t.point(DVec3::new(a.cos(), a.sin(), 0.0) * (1.0 - 1.0 / 1024.0) + r.cube() / 800.0);
