@@ -31,14 +31,15 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
     })
 }
 
-/// Fields that have a strength and a limit: `f_algbr_cyl2` to `f_algbr_cyl4`.
+/// Fields that have a strength and a limit: `f_algbr_cyl1` to `f_algbr_cyl4`.
 pub fn limited<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
-    if !(1..=3).contains(&number) {
+    if number > 3 {
         return None;
     }
     let (x, y) = revolved(point, p.get(2..)?)?;
     let (x2, y2) = (x * x, y * y);
     let value = match number {
+        0 => y2 - x2 + x2 * x.abs(),
         1 => x2 * 3.0 * y - x2 * 2.0 * x2 - y2 * (y - 1.0) * (y - 1.0),
         2 => x * y2 - x2 * y2 - (x2 - y) * (x2 - y),
         _ => y2 * y - x2 * 3.0 * y - (x2 + y2) * (x2 + y2),

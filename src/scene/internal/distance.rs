@@ -4,6 +4,9 @@ use super::noise;
 use super::number::{Number, length};
 use glam::DVec3;
 
+/// Density of an orbital at its middle; POV-Ray has it in single precision (measured).
+const ORBITAL: f64 = 1.6f32 as f64;
+
 /// POV-Ray takes this off the distance from a rounded box (measured).
 const ROUNDED_BOX_OFFSET: f64 = 1e-6;
 
@@ -50,6 +53,11 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
         }
         // f_ph: the angle down from the y axis
         47 => T::each([(x * x + z * z).sqrt(), y], |[out, y]| out.atan2(y)),
+        // f_quantum: the density of an orbital
+        53 => {
+            let lobes = x * x + z * z - y * y * 2.0;
+            -(lobes * lobes) * ORBITAL * exp(r2.sqrt() * (-4.0 / 3.0)) + 1.2
+        }
         // f_poly4
         51 => {
             let radius = get(0)? + y * (get(1)? + y * (get(2)? + y * (get(3)? + y * get(4)?)));
@@ -72,6 +80,13 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
             let wave = |v: T| v.map(f64::cos);
             y - height * wave(across * x) * wave(along * z) * exp(-rate * (x * x + z * z))
         }
+        // f_spikes
+        62 => {
+            let (spikiness, inverse, size) = (get(0)?, get(1)?, get(2)?);
+            let (roundness, fatness) = (get(3)?, get(4)?);
+            let [a, b, c] = stretched(T::lit(1.0), spikiness).map(|q| exp(-inverse * q));
+            size * (a + b + c - fatness * exp(-roundness * r2))
+        }
         // f_superellipsoid
         68 => {
             let (e, n) = (get(0)?, get(1)?);
@@ -88,11 +103,6 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
         }
         // f_noise3d
         76 => T::each(point, |p| noise::noise(DVec3::from(p))),
-        // f_noise_generator
-        78 => T::each([x, y, z, get(0)?], |[x, y, z, generator]| match generator as i64 {
-            1 => noise::original_noise(DVec3::new(x, y, z)),
-            _ => noise::noise(DVec3::new(x, y, z)),
-        }),
         _ => return None,
     })
 }

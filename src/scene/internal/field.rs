@@ -2,6 +2,9 @@
 
 use super::Number;
 
+/// Enneper's surface divides by no smaller z than this (measured).
+const LEAST_ENNEPER_Z: f64 = 0.2;
+
 /// The value without the strength; `p` are the parameters behind it. `None` for other numbers and too few parameters.
 pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
     let [x, y, z] = point;
@@ -37,6 +40,17 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
         }
         // f_devils_curve
         14 => y2 * (y2 - 0.25) - (x2 + z2) * (x2 + z2) + x2 * 0.36,
+        // f_dupin_cyclid
+        16 => dupin(point, p.get(..5)?),
+        // f_enneper: POV-Ray has none of the surface's constants but 2/9, and keeps the z it divides by off 0.
+        18 => {
+            let difference = y2 - x2;
+            let least = T::lit(LEAST_ENNEPER_Z);
+            let divisor = z.abs().if_less(least, least, z);
+            let (a, b) =
+                (difference / (divisor * 2.0) + z2 * 2.0 * (1.0 / 9.0), difference / (divisor * 4.0));
+            -(a.cubed() - b * b * 6.0)
+        }
         // f_folium_surface
         20 => folium(x, y2 + z2, get(0)?, get(1)?),
         // f_glob
@@ -123,6 +137,19 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
         74 => get(0)? * (-y + 1.0) - y * (x2 + z2),
         _ => return None,
     })
+}
+
+/// A torus turned inside out by a sphere about the origin; `p` is `[major, minor, shift x, shift y, sphere's radius]`.
+///
+/// One term has the other sign in POV-Ray (measured).
+fn dupin<T: Number>([x, y, z]: [T; 3], p: &[T]) -> T {
+    let (major, minor, dx, dy, sphere) = (p[0], p[1], p[2], p[3], p[4] * p[4]);
+    let q = x * x + y * y + z * z;
+    let difference = major * major - minor * minor;
+    let along = x * dx + y * dy;
+    let ring = sphere * sphere - sphere * 2.0 * along + (dx * dx + dy * dy + difference) * q;
+    let level = sphere * sphere * (x * x + z * z) - sphere * 2.0 * x * dx * q + dx * dx * q * q;
+    -(ring * ring - major * major * 4.0 * level) - sphere * 8.0 * dy * difference * y * q
 }
 
 /// Boy's surface (Apéry's polynomial of sixth degree).

@@ -6,6 +6,8 @@
 mod curve;
 mod distance;
 mod field;
+mod multifractal;
+mod winding;
 
 use super::noise;
 use super::number::{self, Number};
@@ -21,7 +23,10 @@ pub fn value<T: Number>(number: u16, a: &[T]) -> Option<T> {
     if let Some(value) = field::value(number, point, rest).or_else(|| curve::value(number, point, rest)) {
         return Some((*p.first()? * value).within(T::lit(FIELD_LIMIT)));
     }
-    curve::limited(number, point, p).or_else(|| distance::value(number, point, p))
+    curve::limited(number, point, p)
+        .or_else(|| distance::value(number, point, p))
+        .or_else(|| winding::value(number, point, p))
+        .or_else(|| multifractal::value(number, point, p))
 }
 
 /// True if [`value`] knows it.
