@@ -164,3 +164,43 @@ fn no_text_is_too_deep() {
     let balanced = format!("{} sphere {{ 0, 1 }}", "/*".repeat(n) + &"*/".repeat(n));
     assert_eq!(from_text("deep.scn", &balanced, &Options::default()).scene.objects.len(), 1);
 }
+
+/// What was told of a text with the advice that the program asks for.
+fn advice(text: &str) -> Vec<String> {
+    let done = from_text("scene", text, &Options { advise: true, ..Options::default() });
+    done.diagnostics.iter().map(|d| d.short(&done.sources)).collect()
+}
+
+#[test]
+fn what_a_whole_scene_lacks_is_told_at_its_end() {
+    let told = advice("plane { y, 0 }").join("\n");
+    for part in ["no `#version`", "without gamma correction", "no `camera`", "no light source"] {
+        assert!(told.contains(part), "{part} is not in {told}");
+    }
+    let told = advice("camera { }\n#version 3.7;").join("\n");
+    for part in ["scene:2:1: warning: `#version` is not the first", "took 1.0", "no objects"] {
+        assert!(told.contains(part), "{part} is not in {told}");
+    }
+    let whole =
+        "#version 3.7; global_settings { assumed_gamma 1 } camera { } light_source { 0, 1 } plane { y, -1 }";
+    assert_eq!(advice(whole), Vec::<String>::new());
+}
+
+#[test]
+fn many_warnings_of_a_kind_are_counted() {
+    let text = (0..100).map(|i| format!("#declare A{i} = {i} / 0;\n")).collect::<String>();
+    let done = from_text("scene", &text, &Options::default());
+    assert_eq!(done.count(Severity::Warning), 11);
+    assert_eq!(done.diagnostics[10].message, "90 more warnings of this kind: division by zero");
+}
+
+#[test]
+fn loops_warn_as_single_expressions_do() {
+    let text =
+        "#declare I = -2; #while (I < 3) #declare A = 1 / I; #declare B = acos(I); #declare I = I + 1; #end";
+    let done = from_text("scene", text, &Options::default());
+    let told: Vec<_> = done.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(told, ["`acos` of -2 counts as that of -1", "division by zero: it gives infinity"]);
+    let text = "#declare I = 2; #while (I > -3) #declare A = sqrt(I); #declare I = I - 1; #end";
+    assert!(from_text("scene", text, &Options::default()).has_errors());
+}

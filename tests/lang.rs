@@ -1,6 +1,7 @@
 //! The scene language from the outside: text in, values and diagnostics out.
 
 use octray::eval::{Options, Stream, from_text};
+use octray::lang::Severity;
 use octray::scene::{Gamma, Shape};
 
 /// What the scene's `#debug` wrote; no diagnostic may come.
@@ -48,7 +49,9 @@ fn values_are_those_of_pov_ray() {
     for path in paths.iter().filter(|path| path.extension().is_some_and(|e| e == "scn")) {
         // Some ask for the extents of shapes that are not rendered.
         let done = octray::eval::load(path, &Options { list_missing: true, ..Options::default() });
-        let told: Vec<_> = done.diagnostics.iter().map(|d| d.short(&done.sources)).collect();
+        // POV-Ray warns too, of division by zero and the like.
+        let errors = done.diagnostics.iter().filter(|d| d.severity == Severity::Error);
+        let told: Vec<_> = errors.map(|d| d.short(&done.sources)).collect();
         let expected = std::fs::read_to_string(path.with_extension("out")).unwrap();
         let found = done.stream(Stream::Debug);
         if !told.is_empty() || found != expected {

@@ -100,6 +100,7 @@ pub fn options(args: &SceneArgs, (image_width, image_height): (usize, usize)) ->
         library_paths: args.library_paths.iter().cloned().chain(standard_includes()).collect(),
         allow_missing: args.allow_missing,
         write_paths: args.write_paths.clone(),
+        advise: true,
         limits: eval::Limits {
             steps: args.max_evaluation_steps,
             memory: args.max_memory.saturating_mul(1 << 20),

@@ -1,6 +1,6 @@
 //! Built-in numbers and functions of floats and vectors (manual sections 3.1.4 to 3.1.6).
 
-use super::machine::{Machine, Res};
+use super::machine::{Lexeme, Machine, Res};
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{function::truncated, noise};
@@ -26,14 +26,38 @@ impl Machine<'_> {
         Ok(Some(value))
     }
 
+    /// The argument as POV-Ray takes it: arc sine and cosine of what is over 1 are those of 1, roots and logarithms of what
+    /// has none are errors (measured).
+    fn in_domain(&mut self, word: Keyword, argument: f64, at: Lexeme) -> Res<f64> {
+        use Keyword as K;
+        match word {
+            K::Asin | K::Acos if argument.abs() > 1.0 => {
+                let nearest = argument.signum();
+                let message = format!("`{}` of {argument} counts as that of {nearest}", word.text());
+                self.warn("outside of -1 to 1", message, self.span(at));
+                Ok(nearest)
+            }
+            K::Sqrt if argument < 0.0 => {
+                Err(self.error(format!("`sqrt` of a negative number, {argument}"), self.span(at)))
+            }
+            K::Ln | K::Log if argument <= 0.0 => {
+                let message = format!("`{}` wants a positive number, found {argument}", word.text());
+                Err(self.error(message, self.span(at)))
+            }
+            _ => Ok(argument),
+        }
+    }
+
     fn builtin_call(&mut self, word: Keyword) -> Res<Option<Num>> {
         use Keyword as K;
         if let Some(f) = float_function(word) {
             self.next()?;
             self.expect(Mark::OpenParen)?;
-            let value = f(self.float()?);
+            let argument = self.float()?;
+            let at = self.last;
             self.expect(Mark::CloseParen)?;
-            return Ok(Some(Num::float(value)));
+            let value = self.in_domain(word, argument, at)?;
+            return Ok(Some(Num::float(f(value))));
         }
         if !is_call(word) {
             return Ok(None);

@@ -260,6 +260,9 @@ impl Machine<'_> {
         if !(flat.abs() > 0.0) {
             let span = self.span(at);
             self.warn("flat camera", "the camera's direction, right and up are in one plane", span);
+        } else if !camera.is_square() {
+            let message = "the camera's direction, right and up are not at right angles";
+            self.warn("skewed camera", message, self.span(at));
         }
         Ok(camera)
     }

@@ -45,8 +45,14 @@ impl Machine<'_> {
                 Keyword::Filter => 3,
                 Keyword::Transmit | Keyword::Alpha => 4,
                 _ if is_rgb(word) && !whole && !started => {
-                    self.next()?;
+                    let at = self.next()?;
                     let value = self.expr()?;
+                    if matches!(word, Keyword::Rgb | Keyword::Srgb) && value.v[3..].iter().any(|c| *c != 0.0)
+                    {
+                        let message =
+                            format!("`{}` of more than three components: it is see-through", word.text());
+                        self.warn("long rgb", message, self.span(at));
+                    }
                     color = self.components_of(word, value);
                     (started, whole) = (true, true);
                     continue;

@@ -1,5 +1,6 @@
 //! What is wrong, in words: tokens as messages name them, errors with the way that led there, near misses.
 
+use super::advice::SHOWN_OF_A_KIND;
 use super::machine::{FrameKind, Lexeme, Machine, Res, Stop};
 use super::value::Value;
 use super::{Message, Stream};
@@ -79,9 +80,14 @@ impl Machine<'_> {
         Stop::Halt(Some(Box::new(Diagnostic::error(message, self.span(self.last)))))
     }
 
-    /// Tells a warning, once per place.
+    /// Tells a warning, once per place; of a kind that comes often, only the first.
     pub fn warn(&mut self, kind: &'static str, message: impl Into<String>, span: Span) {
-        if self.warned.insert((span, kind)) {
+        if !self.warned.insert((span, kind)) {
+            return;
+        }
+        let count = self.warnings.entry(kind).or_default();
+        *count += 1;
+        if *count <= SHOWN_OF_A_KIND {
             let diagnostic = Diagnostic::new(Severity::Warning, message, Some(span));
             self.tell(diagnostic);
         }

@@ -118,6 +118,11 @@ impl Machine<'_> {
             Directive::Local => self.deeper(|m| m.declare(true)),
             Directive::Undef => {
                 let (symbol, _) = self.raw_name("undef")?;
+                if self.scopes.get(symbol).is_none() {
+                    let message =
+                        format!("there is no `{}` that could be forgotten", self.symbols.name(symbol));
+                    self.warn("undef", message, self.span(self.last));
+                }
                 self.scopes.undef(symbol);
                 self.optional_semicolon();
                 Ok(())
@@ -456,6 +461,7 @@ impl Machine<'_> {
     }
 
     fn set_version(&mut self) -> Res<()> {
+        self.note_late_version();
         // Old scenes have no semicolon here: the directives behind are for the version that this one says.
         let plain = matches!(self.peek_raw(), Token::Number(_));
         let before = self.version;

@@ -145,6 +145,13 @@ impl Machine<'_> {
             product = if mark == Mark::Star {
                 product.zip(right, |a, b| a * b)
             } else {
+                if right.v[..usize::from(right.n)].contains(&0.0) {
+                    self.warn(
+                        "division by zero",
+                        "division by zero: it gives infinity",
+                        self.span(self.last),
+                    );
+                }
                 product.zip(right, divide)
             };
         }

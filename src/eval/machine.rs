@@ -100,6 +100,9 @@ pub(super) struct Machine<'a> {
     pub version: f64,
     pub version_set: bool,
     pub gamma_set: bool,
+    pub camera_set: bool,
+    /// A `#version` in the scene's own text that is not its first statement.
+    pub late_version: Option<Span>,
     /// What `#default` has made of the texture, and the same shared among the objects that have no other.
     pub default_texture: super::value::With<crate::scene::Texture>,
     pub default_shared: Option<Arc<crate::scene::Texture>>,
@@ -117,6 +120,8 @@ pub(super) struct Machine<'a> {
     /// What was asked about last by `trace` and `inside`.
     pub solids: Vec<(Arc<crate::scene::Object>, crate::reference::Solid)>,
     pub warned: rustc_hash::FxHashSet<(Span, &'static str)>,
+    /// How many warnings there were of each kind.
+    pub warnings: FxHashMap<&'static str, usize>,
 }
 
 impl<'a> Machine<'a> {
@@ -146,6 +151,8 @@ impl<'a> Machine<'a> {
             version: 3.62,
             version_set: false,
             gamma_set: false,
+            camera_set: false,
+            late_version: None,
             default_texture: Default::default(),
             default_shared: None,
             scene: Scene::default(),
@@ -158,6 +165,7 @@ impl<'a> Machine<'a> {
             data_files: Default::default(),
             solids: Vec::new(),
             warned: Default::default(),
+            warnings: Default::default(),
         }
     }
 

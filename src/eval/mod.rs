@@ -10,6 +10,7 @@
 //! assert_eq!(done.scene.objects.len(), 1);
 //! ```
 
+mod advice;
 mod atmosphere;
 mod builtin;
 mod camera;
@@ -76,6 +77,8 @@ pub struct Options {
     pub list_missing: bool,
     /// Folders in and below which `#fopen` may write. What is written elsewhere stays in memory.
     pub write_paths: Vec<PathBuf>,
+    /// Warns also of what a whole scene lacks: a `#version`, an `assumed_gamma`, a camera, objects, lights.
+    pub advise: bool,
     /// What a script may use before it is stopped.
     pub limits: Limits,
 }
@@ -104,6 +107,7 @@ impl Default for Options {
             allow_missing: false,
             list_missing: false,
             write_paths: Vec::new(),
+            advise: false,
             limits: Limits::default(),
         }
     }

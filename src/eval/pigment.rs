@@ -111,6 +111,12 @@ impl Machine<'_> {
             *base = value;
         }
         let at = self.last;
+        if !density
+            && at.token == Token::Mark(Mark::OpenBrace)
+            && self.peek()? == Token::Mark(Mark::CloseBrace)
+        {
+            self.warn("empty pigment", "an empty `pigment` changes nothing", self.span(at));
+        }
         let mut draft = Draft::of(&base.value.kind);
         while self.pigment_item::<S>(base, &mut draft)? {}
         if matches!(draft.said.map, Map::Own) {

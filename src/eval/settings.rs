@@ -7,6 +7,8 @@ use crate::scene::{Gamma, PhotonUse, Photons, Radiosity};
 
 /// POV-Ray's bounds of the samples that are averaged.
 const NEAREST: Bounds = (1.0, 20.0);
+/// POV-Ray's largest `max_trace_level`.
+const MOST_LEVELS: f64 = 256.0;
 /// Shares of a picture's width.
 const SHARE: Bounds = (f64::MIN_POSITIVE, 1.0);
 
@@ -25,17 +27,31 @@ impl Machine<'_> {
         match word {
             K::AssumedGamma => {
                 self.next()?;
-                self.gamma_set = true;
-                self.scene.globals.assumed_gamma = if self.accept_word(K::Srgb)? {
+                let gamma = if self.accept_word(K::Srgb)? {
                     Gamma::Srgb
                 } else {
                     Gamma::Power(self.bounded(word, POSITIVE)?)
                 };
+                // The first one counts (measured).
+                if self.gamma_set {
+                    self.warn(
+                        "assumed_gamma",
+                        "`assumed_gamma` is set already: this one is ignored",
+                        self.span(at),
+                    );
+                } else {
+                    self.gamma_set = true;
+                    self.scene.globals.assumed_gamma = gamma;
+                }
             }
             K::MaxTraceLevel => {
                 self.next()?;
-                // POV-Ray's largest is 256.
-                self.scene.globals.max_trace_level = self.finite()?.clamp(1.0, 256.0) as u32;
+                let level = self.finite()?;
+                if level > MOST_LEVELS {
+                    let message = format!("`max_trace_level` is at most {MOST_LEVELS}, found {level}");
+                    self.warn("max_trace_level", message, self.span(self.last));
+                }
+                self.scene.globals.max_trace_level = level.clamp(1.0, MOST_LEVELS) as u32;
             }
             K::AdcBailout => {
                 self.next()?;
@@ -58,13 +74,19 @@ impl Machine<'_> {
                     self.miss(&lacks);
                 }
             }
-            K::MaxIntersections | K::NumberOfWaves | K::MmPerUnit => {
+            K::NumberOfWaves | K::MmPerUnit => {
                 self.next()?;
                 self.finite()?;
+            }
+            K::MaxIntersections => {
+                self.next()?;
+                self.finite()?;
+                self.warn("no effect", "`max_intersections` has no effect since version 3.7", self.span(at));
             }
             K::HfGray16 => {
                 self.next()?;
                 self.switch_value()?;
+                self.warn("no effect", "`hf_gray_16` has no effect since version 3.7", self.span(at));
             }
             K::Charset => {
                 self.next()?;

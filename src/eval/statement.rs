@@ -32,6 +32,8 @@ impl Machine<'_> {
         if !self.gamma_set && self.version < 3.7 {
             self.scene.globals.assumed_gamma = Gamma::Off;
         }
+        self.count_warnings();
+        self.advise();
     }
 
     /// After an error: goes on to the end of the statement it was in. False if there is no more.
@@ -82,6 +84,10 @@ impl Machine<'_> {
                 let spec = self.camera()?;
                 self.miss(&spec.lacks);
                 self.scene.camera = self.finish_camera(&spec, at)?;
+                if self.camera_set {
+                    self.warn("cameras", "more than one camera: the last one counts", self.span(at));
+                }
+                self.camera_set = true;
             }
             Keyword::Background => {
                 self.next()?;

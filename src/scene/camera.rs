@@ -35,6 +35,16 @@ pub struct Camera {
     pub lens: Option<Box<Lens>>,
 }
 
+impl Camera {
+    /// True if direction, right and up are at right angles, as those of a camera with `look_at` always are.
+    pub fn is_square(&self) -> bool {
+        /// Sine of the least angle that is seen; rounding makes far smaller ones.
+        const SKEWED: f64 = 1e-6;
+        let square = |a: DVec3, b: DVec3| a.dot(b).abs() <= SKEWED * a.length() * b.length();
+        square(self.direction, self.right) && square(self.right, self.up) && square(self.up, self.direction)
+    }
+}
+
 /// What is said of a camera and not rendered.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lens {

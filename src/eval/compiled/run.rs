@@ -63,7 +63,8 @@ impl<'a> Run<'a> {
             Node::Multiply(a, b) => self.float(*a)? * self.float(*b)?,
             Node::Divide(a, b) => {
                 let a = self.float(*a)?;
-                divide(a, self.float(*b)?)
+                // Division by zero is told by the reader.
+                divide(a, Some(self.float(*b)?).filter(|b| *b != 0.0)?)
             }
             Node::Compare(mark, a, b) => {
                 let a = self.float(*a)?;
@@ -83,7 +84,8 @@ impl<'a> Run<'a> {
                 let (yes, no) = (self.float(*yes)?, self.float(*no)?);
                 if which { yes } else { no }
             }
-            Node::One(f, of) => f(self.float(*of)?),
+            // What is outside of the function's domain is told by the reader.
+            Node::One(f, of) => Some(f(self.float(*of)?)).filter(|value| *value > f64::NEG_INFINITY)?,
             Node::Two(f, a, b) => {
                 let a = self.float(*a)?;
                 f(a, self.float(*b)?)
@@ -124,7 +126,13 @@ impl<'a> Run<'a> {
             Node::Add(a, b) => self.both(*a, *b)?.zip(|a, b| a + b),
             Node::Subtract(a, b) => self.both(*a, *b)?.zip(|a, b| a - b),
             Node::Multiply(a, b) => self.both(*a, *b)?.zip(|a, b| a * b),
-            Node::Divide(a, b) => self.both(*a, *b)?.zip(divide),
+            Node::Divide(a, b) => {
+                let both = self.both(*a, *b)?;
+                if both.1.v[..usize::from(both.1.n)].contains(&0.0) {
+                    return None;
+                }
+                both.zip(divide)
+            }
             Node::Choice(which, yes, no) => {
                 let which = is_true(self.float(*which)?);
                 let both = self.both(*yes, *no)?;

@@ -4,8 +4,8 @@ use super::noise;
 use super::number::{Number, length};
 use glam::DVec3;
 
-/// Density of an orbital at its middle; POV-Ray has it in single precision (measured).
-const ORBITAL: f64 = 1.6f32 as f64;
+/// How fast the density of an orbital falls off; POV-Ray has no more digits of 4/3 (measured).
+const ORBITAL_RATE: f64 = 1.33333332;
 
 /// POV-Ray takes this off the distance from a rounded box (measured).
 const ROUNDED_BOX_OFFSET: f64 = 1e-6;
@@ -56,7 +56,7 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
         // f_quantum: the density of an orbital
         53 => {
             let lobes = x * x + z * z - y * y * 2.0;
-            -(lobes * lobes) * ORBITAL * exp(r2.sqrt() * (-4.0 / 3.0)) + 1.2
+            -(lobes * lobes) * 1.6 * exp(r2.sqrt() * -ORBITAL_RATE) + 1.2
         }
         // f_poly4
         51 => {
