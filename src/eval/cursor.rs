@@ -88,7 +88,8 @@ impl Machine<'_> {
                 Token::Directive(directive, jump) => {
                     let lexeme = self.here();
                     self.at += 1;
-                    self.directive(directive, jump, lexeme)?;
+                    // A directive reads on and may meet another one where its value should be, and a loop's `#end` again itself.
+                    self.deeper(|m| m.directive(directive, jump, lexeme))?;
                 }
                 // A `#` before what is no directive is no mistake (measured).
                 Token::Junk('#') => self.at += 1,

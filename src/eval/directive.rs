@@ -114,8 +114,8 @@ impl Machine<'_> {
                 self.leave_frame();
                 Ok(())
             }
-            Directive::Declare => self.deeper(|m| m.declare(false)),
-            Directive::Local => self.deeper(|m| m.declare(true)),
+            Directive::Declare => self.declare(false),
+            Directive::Local => self.declare(true),
             Directive::Undef => {
                 let (symbol, _) = self.raw_name("undef")?;
                 if self.scopes.get(symbol).is_none() {
@@ -129,7 +129,7 @@ impl Machine<'_> {
             }
             Directive::Include => self.include(at),
             Directive::Version => self.set_version(),
-            Directive::Default => self.deeper(|m| m.set_default()),
+            Directive::Default => self.set_default(),
             Directive::Debug => self.write_message(Stream::Debug),
             Directive::Warning => self.write_message(Stream::Warning),
             Directive::Render => self.write_message(Stream::Render),
@@ -155,7 +155,7 @@ impl Machine<'_> {
     pub fn condition_value(&mut self) -> Res<Num> {
         if self.peek()? == Token::Mark(Mark::OpenParen) {
             self.next()?;
-            let value = self.deeper(|m| m.choice())?;
+            let value = self.choice()?;
             self.expect(Mark::CloseParen)?;
             Ok(value)
         } else {
