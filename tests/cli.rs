@@ -376,7 +376,8 @@ mod pictures {
     #[test]
     fn what_the_scene_is_told_from_outside_arrives() {
         let folder = folder();
-        let text = "#version 3.7; camera { location -5*z look_at 0 } #include \"part.inc\"
+        let text = "#version 3.7; global_settings { assumed_gamma 1 } light_source { 9*y rgb 1 }
+            camera { location -5*z look_at 0 } #include \"part.inc\"
             #if (clock = -2 & Big = 3) sphere { 0, Big pigment { rgb 1 } finish { ambient 1 diffuse 0 } } #end";
         fs::write(folder.path().join("told.scn"), text).unwrap();
         fs::create_dir(folder.path().join("library")).unwrap();
