@@ -209,20 +209,22 @@ fn behind_count(bytes: &[u8], at: usize) -> Option<usize> {
     (bytes.get(at) == Some(&b',')).then(|| behind_gap(bytes, at + 1))
 }
 
-/// Vectors of three numbers with a comma between each two: their token and where they end. The numbers go to `numbers`.
+/// Vectors of three numbers with a comma between each two, before a comma or `}`: their token and where they end. The numbers
+/// go to `numbers`.
 fn rows(bytes: &[u8], start: usize, numbers: &mut Vec<f64>) -> Option<(Token, usize)> {
     let first = numbers.len();
     let (mut at, mut end) = (start, None);
     while bytes.get(at) == Some(&b'<') {
         let before = numbers.len();
         let Some((Token::Vector(_, count), behind)) = vector(bytes, at, numbers) else { break };
-        if count != 3 {
+        at = behind_gap(bytes, behind);
+        // Not what an operator or a directive may follow.
+        if count != 3 || !matches!(bytes.get(at), Some(b',' | b'}')) {
             numbers.truncate(before);
             break;
         }
         end = Some(behind);
-        at = behind_gap(bytes, behind);
-        if bytes.get(at) != Some(&b',') {
+        if bytes[at] != b',' {
             break;
         }
         at = behind_gap(bytes, at + 1);

@@ -184,7 +184,7 @@ mod tests {
         #[test]
         fn lists_of_vectors_are_scanned_as_the_grammar_says(
             text in "(vertex_vectors|normal_indices|uv_vectors) ?\\{? ?3 ?,? ?\
-                     (<[0-9]{1,2}, ?-?[0-9](e9)?,[0-9]{1,2}>|<1,2>|<1,a,3>|, ?|\n|/\\*\\*/|\\}){0,20}"
+                     (<[0-9]{1,2}, ?-?[0-9](e9)?,[0-9]{1,2}>|<1,2>|<1,a,3>|, ?|\\*|\n|/\\*\\*/|\\}){0,20}"
         ) {
             check_against_grammar(&text);
         }
