@@ -5,7 +5,7 @@ use octray::eval::{self, Options};
 use octray::lane::{LANES, Lane, Vec3, f64x8};
 use octray::scene::function::{Function, Surroundings};
 use octray::scene::pattern::Pattern;
-use octray::scene::{Pigment, PigmentKind, internal};
+use octray::scene::{PigmentKind, internal};
 use octray::texture::function_values;
 use std::sync::Arc;
 
@@ -20,12 +20,9 @@ fn function(before: &str, body: &str) -> Arc<Function> {
     let read = eval::from_text("function", &text, &Options::default());
     assert!(!read.has_errors(), "{text}: {:?}", read.diagnostics);
     let texture = read.scene.objects[0].texture.as_ref().unwrap();
-    match &texture.layers[0].pigment {
-        Pigment { kind: PigmentKind::Mapped { pattern: Pattern::Function(function), .. }, .. } => {
-            function.clone()
-        }
-        other => panic!("{text}: {other:?}"),
-    }
+    let PigmentKind::Mapped(mapped) = &texture.layers[0].pigment.kind else { panic!("{text}") };
+    let Pattern::Function(function) = &mapped.pattern else { panic!("{text}") };
+    function.clone()
 }
 
 fn alone(function: &Function, point: [f64; 3]) -> f64 {

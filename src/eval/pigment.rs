@@ -5,7 +5,8 @@ use super::patterned::Spread;
 use super::value::{Lacks, NamedMap, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{
-    AnyPattern, Color, ColorMap, Map, OtherPattern, Pattern, Patterned, Pigment, PigmentKind, Transform,
+    AnyPattern, Blocks, Color, ColorMap, Map, Mapped, OtherPattern, Pattern, Patterned, Pigment, PigmentKind,
+    Transform,
 };
 use std::sync::Arc;
 
@@ -300,11 +301,12 @@ impl Draft {
         let said = &mut draft.said;
         match kind {
             PigmentKind::Solid(color) => draft.solid = Some(*color),
-            PigmentKind::Blocks { pattern, colors } => {
-                said.pattern = AnyPattern::Blocks(*pattern);
-                said.map = Map::List(colors.iter().map(|color| Pigment::solid(*color)).collect());
+            PigmentKind::Blocks(blocks) => {
+                said.pattern = AnyPattern::Blocks(blocks.pattern);
+                said.map = Map::List(blocks.colors.iter().map(|color| Pigment::solid(*color)).collect());
             }
-            PigmentKind::Mapped { pattern, wave, frequency, phase, map } => {
+            PigmentKind::Mapped(mapped) => {
+                let Mapped { pattern, wave, frequency, phase, map } = &**mapped;
                 let (pattern, turbulence, octaves) = pattern.in_order();
                 said.pattern = AnyPattern::Number(pattern);
                 (said.turbulence, said.octaves) = (turbulence, octaves);
@@ -341,7 +343,7 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
                     *color = solid;
                 }
             }
-            Some(PigmentKind::Blocks { pattern: *pattern, colors })
+            Some(PigmentKind::Blocks(Box::new(Blocks { pattern: *pattern, colors })))
         }
         AnyPattern::Number(pattern) => {
             let map = match &said.map {
@@ -352,13 +354,13 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
                 }
                 _ => return None,
             };
-            Some(PigmentKind::Mapped {
+            Some(PigmentKind::Mapped(Box::new(Mapped {
                 pattern: pattern.clone().turbulent(said.turbulence, said.octaves),
                 wave: said.wave,
                 frequency: said.frequency,
                 phase: said.phase,
                 map,
-            })
+            })))
         }
         AnyPattern::Other(_) => None,
     }
@@ -368,8 +370,8 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
 fn mean(map: &Map<Pigment>) -> Color {
     let of_pigment = |pigment: &Pigment| match &pigment.kind {
         PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
-        PigmentKind::Blocks { colors, .. } => mean_of(colors.iter().copied()),
-        PigmentKind::Mapped { map, .. } => mean_of(map.entries.iter().map(|(_, color)| *color)),
+        PigmentKind::Blocks(blocks) => mean_of(blocks.colors.iter().copied()),
+        PigmentKind::Mapped(mapped) => mean_of(mapped.map.entries.iter().map(|(_, color)| *color)),
     };
     match map {
         Map::Colors(map) => mean_of(map.entries.iter().map(|(_, color)| *color)),

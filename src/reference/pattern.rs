@@ -1,6 +1,6 @@
 //! The colour of a pigment at a point.
 
-use crate::scene::{BlockPattern, Color, ColorMap, Pattern, Pigment, PigmentKind, Wave};
+use crate::scene::{BlockPattern, Color, ColorMap, Mapped, Pattern, Pigment, PigmentKind, Wave};
 use glam::DVec3;
 
 /// Block patterns are shifted by this, so that a surface in the very plane between two blocks has one colour (POV-Ray's value,
@@ -12,10 +12,11 @@ pub fn color(pigment: &Pigment, point: DVec3) -> Color {
     let point = || pigment.transform.inverted().point(point);
     match &pigment.kind {
         PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
-        PigmentKind::Blocks { pattern, colors } => {
-            colors.get(block(pattern, point())).copied().unwrap_or_default()
+        PigmentKind::Blocks(blocks) => {
+            blocks.colors.get(block(&blocks.pattern, point())).copied().unwrap_or_default()
         }
-        PigmentKind::Mapped { pattern, wave, frequency, phase, map } => {
+        PigmentKind::Mapped(mapped) => {
+            let Mapped { pattern, wave, frequency, phase, map } = &**mapped;
             look_up(map, shape(*wave, value(pattern, point()) * frequency + phase))
         }
     }

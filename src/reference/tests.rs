@@ -379,13 +379,13 @@ fn slab_shifts_sight_by_snell_s_law() {
     let ramp =
         ColorMap { entries: vec![(0.0, Color::opaque(0.0, 0.0, 0.0)), (1.0, Color::opaque(1.0, 1.0, 1.0))] };
     let pigment = Pigment {
-        kind: PigmentKind::Mapped {
+        kind: PigmentKind::Mapped(Box::new(Mapped {
             pattern: Pattern::Gradient(DVec3::X),
             wave: Wave::Ramp,
             frequency: 1.0,
             phase: 0.0,
             map: ramp,
-        },
+        })),
         transform: Transform::scale(DVec3::splat(10.0)).into(),
     };
     let layers = vec![Layer { pigment, finish: glow().into(), normal: None }];
@@ -498,10 +498,10 @@ fn everything(factor: f64) -> Scene {
     };
     let white = Color::opaque(0.9, 0.8, 0.7);
     let floor = Pigment {
-        kind: PigmentKind::Blocks {
+        kind: PigmentKind::Blocks(Box::new(Blocks {
             pattern: BlockPattern::Checker,
             colors: vec![white, Color::opaque(0.1, 0.2, 0.1)],
-        },
+        })),
         transform: Default::default(),
     };
     let floor = Texture {

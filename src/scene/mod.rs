@@ -40,7 +40,7 @@ pub use object::{CsgOp, Flags, Object, Shape};
 pub use other_shape::{BlobPart, Curve, Font, Isosurface, JuliaFractal, OtherKind, OtherShape, Parametric};
 pub use pattern::Pattern;
 pub use patterned::{AnyPattern, Fractal, Map, OtherPattern, Patterned, Warp, WrapKind};
-pub use pigment::{BlockPattern, ColorMap, Pigment, PigmentKind, Wave};
+pub use pigment::{BlockPattern, Blocks, ColorMap, Mapped, Pigment, PigmentKind, Wave};
 pub use polynomial::Polynomial;
 pub use settings::{PhotonUse, Photons, Radiosity};
 pub use spline::{Spline, SplineKind};

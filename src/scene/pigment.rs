@@ -18,26 +18,10 @@ pub struct Pigment {
 pub enum PigmentKind {
     /// One colour everywhere.
     Solid(Color),
-    /// A choice of whole colours by block.
-    Blocks {
-        /// Which block a point lies in.
-        pattern: BlockPattern,
-        /// One colour for each of [`BlockPattern::color_count`].
-        colors: Vec<Color>,
-    },
+    /// A choice of whole colours by block. (Behind a pointer, as the next: scenes have a colour for each of a million objects.)
+    Blocks(Box<Blocks>),
     /// A number per point, looked up in a map.
-    Mapped {
-        /// Point to number.
-        pattern: Pattern,
-        /// How the number is shaped before look-up.
-        wave: Wave,
-        /// The number is multiplied by this (default 1),
-        frequency: f64,
-        /// and this is added (default 0).
-        phase: f64,
-        /// Number to colour.
-        map: ColorMap,
-    },
+    Mapped(Box<Mapped>),
     /// What is read but not rendered.
     Other {
         /// As it was said.
@@ -45,6 +29,30 @@ pub enum PigmentKind {
         /// Stands in for it if the user has allowed that.
         stand_in: Color,
     },
+}
+
+/// A choice of whole colours by block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blocks {
+    /// Which block a point lies in.
+    pub pattern: BlockPattern,
+    /// One colour for each of [`BlockPattern::color_count`].
+    pub colors: Vec<Color>,
+}
+
+/// A number per point, looked up in a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mapped {
+    /// Point to number.
+    pub pattern: Pattern,
+    /// How the number is shaped before look-up.
+    pub wave: Wave,
+    /// The number is multiplied by this (default 1),
+    pub frequency: f64,
+    /// and this is added (default 0).
+    pub phase: f64,
+    /// Number to colour.
+    pub map: ColorMap,
 }
 
 /// Patterns that choose among a list of colours.
@@ -127,8 +135,8 @@ impl Pigment {
     pub fn is_opaque(&self) -> bool {
         match &self.kind {
             PigmentKind::Solid(color) => color.is_opaque(),
-            PigmentKind::Blocks { colors, .. } => colors.iter().all(Color::is_opaque),
-            PigmentKind::Mapped { map, .. } => map.entries.iter().all(|(_, c)| c.is_opaque()),
+            PigmentKind::Blocks(blocks) => blocks.colors.iter().all(Color::is_opaque),
+            PigmentKind::Mapped(mapped) => mapped.map.entries.iter().all(|(_, c)| c.is_opaque()),
             PigmentKind::Other { stand_in, .. } => stand_in.is_opaque(),
         }
     }

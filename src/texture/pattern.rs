@@ -3,7 +3,7 @@
 use super::{Colors, function};
 use crate::lane::{Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::pattern::FUNCTION_STEPS;
-use crate::scene::{BlockPattern, Color, ColorMap, Pattern, PigmentKind, Transform, Wave};
+use crate::scene::{BlockPattern, Blocks, Color, ColorMap, Mapped, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
 
 /// POV-Ray's nudge before a block pattern's floor, in pattern space: points on a cell's border that rounding put
@@ -23,8 +23,8 @@ pub struct PatternProgram {
 
 #[derive(Debug, Clone)]
 enum PatternKind {
-    Blocks { pattern: BlockPattern, colors: Vec<Color> },
-    Mapped { pattern: Pattern, wave: Wave, frequency: f64, phase: f64, map: ColorMap },
+    Blocks(Blocks),
+    Mapped(Mapped),
 }
 
 impl PatternProgram {
@@ -32,18 +32,11 @@ impl PatternProgram {
     pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3) -> Self {
         let kind = match kind {
             PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => {
-                PatternKind::Blocks { pattern: BlockPattern::Checker, colors: vec![*color; 2] }
+                let colors = vec![*color; 2];
+                PatternKind::Blocks(Blocks { pattern: BlockPattern::Checker, colors })
             }
-            PigmentKind::Blocks { pattern, colors } => {
-                PatternKind::Blocks { pattern: *pattern, colors: colors.clone() }
-            }
-            PigmentKind::Mapped { pattern, wave, frequency, phase, map } => PatternKind::Mapped {
-                pattern: pattern.clone(),
-                wave: *wave,
-                frequency: *frequency,
-                phase: *phase,
-                map: map.clone(),
-            },
+            PigmentKind::Blocks(blocks) => PatternKind::Blocks(Blocks::clone(blocks)),
+            PigmentKind::Mapped(mapped) => PatternKind::Mapped(Mapped::clone(mapped)),
         };
         Self { matrix: place.inverse.matrix3, offset: place.inverse.transform_point3(origin), kind }
     }
@@ -65,19 +58,21 @@ impl PatternProgram {
         // Cells end where POV-Ray's nudge of 1e-10 says, and faces of boxes love to lie there: double precision always.
         let wide = || self.to_pattern(point.cast::<f64x8>());
         match &self.kind {
-            PatternKind::Blocks { pattern: BlockPattern::Checker, colors } => {
-                let odd = checker_is_odd(wide()).cast();
-                pick(odd, &colors[1], Colors::splat(&colors[0]))
-            }
-            PatternKind::Blocks { pattern: BlockPattern::Brick { size, mortar }, colors } => {
-                let in_mortar = brick_is_mortar(wide(), *size, *mortar).cast();
-                pick(in_mortar, &colors[0], Colors::splat(&colors[1]))
-            }
-            PatternKind::Blocks { pattern: BlockPattern::Hexagon, colors } => {
-                let (second, third) = hexagon_cells(wide());
-                pick(third.cast(), &colors[2], pick(second.cast(), &colors[1], Colors::splat(&colors[0])))
-            }
-            PatternKind::Mapped { pattern, wave, frequency, phase, map } => {
+            PatternKind::Blocks(Blocks { pattern, colors }) => match pattern {
+                BlockPattern::Checker => {
+                    let odd = checker_is_odd(wide()).cast();
+                    pick(odd, &colors[1], Colors::splat(&colors[0]))
+                }
+                BlockPattern::Brick { size, mortar } => {
+                    let in_mortar = brick_is_mortar(wide(), *size, *mortar).cast();
+                    pick(in_mortar, &colors[0], Colors::splat(&colors[1]))
+                }
+                BlockPattern::Hexagon => {
+                    let (second, third) = hexagon_cells(wide());
+                    pick(third.cast(), &colors[2], pick(second.cast(), &colors[1], Colors::splat(&colors[0])))
+                }
+            },
+            PatternKind::Mapped(Mapped { pattern, wave, frequency, phase, map }) => {
                 let p = self.to_pattern(point);
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
