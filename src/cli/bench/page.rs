@@ -8,7 +8,7 @@ use octray::compare::AMPLIFY;
 use std::fmt::Write;
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:92rem;margin:2rem auto;padding:0 1rem;color:#222}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px}td,th{padding:.15rem .6rem;\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:13px;display:block;overflow-x:auto}td,th{padding:.1rem .4rem;white-space:nowrap;\
 text-align:right;border-bottom:1px solid #ddd}td:first-child,th:first-child,td:nth-child(2),th:nth-child(2){text-align:\
 left}tr.first td{border-top:2px solid #bbb}tr.groups th{text-align:center;border-bottom:none;color:#555;\
 border-left:8px solid #fff;border-right:8px solid #fff;background:#f1f3f5}img,svg{max-width:100%;height:auto}img{image-rendering:pixelated;display:block;margin:.3rem 0}\
