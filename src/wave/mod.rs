@@ -23,7 +23,7 @@ mod trace;
 
 pub use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, class};
-use crate::film::{Film, Pixel, RayCounts};
+use crate::film::{Film, RayCounts};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use area::{Shared, TileArea};
@@ -33,6 +33,7 @@ use light::LightProgram;
 use query::{GROUP, Query};
 use queue::Lines;
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 use tile::TileWorker;
 use trace::Tracer;
@@ -76,30 +77,26 @@ pub fn render<S: Scalar, B: Scalar>(
             })
         })
         .collect();
-    let done: Vec<(TileArea, Vec<Pixel>, RayCounts, Occupancy)> = tiles
-        .into_par_iter()
-        .map_init(
-            || TileWorker::<S, B>::new(schedule.traversal, count),
-            |worker, area| {
-                let (mut pixels, before) = (Vec::new(), worker.occupancy());
-                let counts = worker.render(&shared, area, &mut pixels);
-                progress(pixels.len(), &counts);
-                (area, pixels, counts, worker.occupancy() - before)
-            },
-        )
-        .collect();
-
-    let mut film = Film::new(width, height);
-    let (mut counts, mut occupancy) = (RayCounts::default(), Occupancy::default());
-    for (area, pixels, tile_counts, tile_occupancy) in done {
-        counts.add(&tile_counts);
-        occupancy += tile_occupancy;
-        for (row, pixels) in pixels.chunks(area.width).enumerate() {
-            let first = (area.y + row) * width + area.x;
-            film.pixels[first..first + area.width].copy_from_slice(pixels);
-        }
-    }
-    (film, counts, occupancy)
+    // Tiles are laid down as they are done, each by the thread that made it: afterwards it would be one thread's work.
+    let result = Mutex::new((Film::new(width, height), RayCounts::default(), Occupancy::default()));
+    tiles.into_par_iter().for_each_init(
+        || (TileWorker::<S, B>::new(schedule.traversal, count), Vec::new()),
+        |(worker, pixels), area| {
+            let before = worker.occupancy();
+            let tile_counts = worker.render(&shared, area, pixels);
+            let tile_occupancy = worker.occupancy() - before;
+            progress(pixels.len(), &tile_counts);
+            let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
+            let (film, counts, occupancy) = &mut *result;
+            counts.add(&tile_counts);
+            *occupancy += tile_occupancy;
+            for (row, pixels) in pixels.chunks(area.width).enumerate() {
+                let first = (area.y + row) * width + area.x;
+                film.pixels[first..first + area.width].copy_from_slice(pixels);
+            }
+        },
+    );
+    result.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a ray meets first.
