@@ -195,6 +195,9 @@ fn answers_light(finish: &Finish) -> bool {
     finish.diffuse != 0.0 || finish.diffuse_back != 0.0 || finish.phong != 0.0 || finish.specular != 0.0
 }
 
+/// The cosine at which POV-Ray leaves out highlights of a large exponent, which makes them invisible there.
+const FAINT_PHONG: f64 = 0.0008;
+
 /// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
 #[inline]
 fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid_wavelength: Rgb) -> Vec3<L> {
@@ -217,8 +220,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
         if finish.phong > 0.0 {
             let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
             let c = mirrored.dot(incidence.dir);
-            // POV-Ray leaves out what a large exponent makes invisible.
-            let least = if finish.phong_size >= 60.0 { 0.0008 } else { 0.0 };
+            let least = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
             let seen = c.gt(L::lit(least)) & lit;
             if seen.any() {
                 highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));

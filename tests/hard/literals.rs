@@ -3,13 +3,18 @@
 use std::fs;
 use std::path::Path;
 
-/// `1e-9`, `2.5e-16`: a number with a negative exponent.
+/// `1e-9`, `2.5e-16`, `0.001`: a number with a negative exponent, or a decimal under a hundredth.
 fn has_small_literal(line: &str) -> bool {
     let code = line.split("//").next().unwrap_or_default();
-    code.match_indices("e-").any(|(at, _)| {
+    let exponent = code.match_indices("e-").any(|(at, _)| {
         code[..at].ends_with(|c: char| c.is_ascii_digit())
             && code[at + 2..].starts_with(|c: char| c.is_ascii_digit())
-    })
+    });
+    let decimal = code.match_indices("0.00").any(|(at, _)| {
+        !code[..at].ends_with(|c: char| c.is_ascii_digit())
+            && code[at + 2..].trim_start_matches('0').starts_with(|c: char| c.is_ascii_digit())
+    });
+    exponent || decimal
 }
 
 #[test]
@@ -42,6 +47,10 @@ fn small_literals_are_seen() {
         ("// 1e-9", false),
         ("a.one-2", false),
         ("1e9", false),
+        ("x < 0.001", true),
+        ("0.004f32", true),
+        ("10.001 + 0.01", false),
+        ("0.000", false),
     ] {
         assert_eq!(has_small_literal(line), seen, "{line}");
     }
