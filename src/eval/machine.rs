@@ -182,7 +182,7 @@ impl<'a> Machine<'a> {
 
     /// Counts steps that the script has had done for it.
     pub fn count_steps(&mut self, steps: u64) -> Res<()> {
-        self.steps += steps;
+        self.steps = self.steps.saturating_add(steps);
         if self.steps > self.options.limits.steps {
             return Err(self.halt(format!("stopped after {} evaluation steps", self.options.limits.steps)));
         }
@@ -191,7 +191,7 @@ impl<'a> Machine<'a> {
 
     /// Counts `bytes` of memory that the script has asked for.
     pub fn charge(&mut self, bytes: usize) -> Res<()> {
-        self.memory += bytes as u64;
+        self.memory = self.memory.saturating_add(bytes as u64);
         if self.memory > self.options.limits.memory {
             let limit = self.options.limits.memory >> 20;
             return Err(self.halt(format!("stopped: the scene's values need more than {limit} MB")));
