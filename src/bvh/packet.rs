@@ -93,6 +93,13 @@ impl<B: Scalar> Packet<B> {
         B::from_f64((t - self.start.lanes()[lane].to_f64()) + t * roundings)
     }
 
+    /// Rays `lanes` have found something at distance `t`: they look no farther, or, if anything will do, not at all.
+    #[inline(always)]
+    pub fn found<L: Lane>(&mut self, lanes: u8, t: L, any: bool) {
+        let far = if any { B::Lane::lit(-1.0) } else { self.far_of(t) };
+        self.far = Mask::from_bits(lanes).select(far, self.far);
+    }
+
     /// Lanes with a ray that is not done.
     #[inline(always)]
     pub fn live(&self) -> u8 {

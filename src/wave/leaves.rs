@@ -6,7 +6,7 @@ use super::rows::{One, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Compiled, class};
 use crate::csg::{Scratch, Stretch};
-use crate::lane::{Lane, Mask, Scalar};
+use crate::lane::Scalar;
 
 /// What happens in the tree's leaves.
 pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
@@ -51,8 +51,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
                 if ANY {
                     self.blocker = Some(*run);
                 }
-                let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(self.queries[k].t) };
-                state.far = Mask::from_bits(lanes).select(far, state.far);
+                state.found(lanes, self.queries[k].t, ANY);
                 changed |= 1 << k;
             }
         }

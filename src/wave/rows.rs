@@ -218,8 +218,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
             let (query, state) = (&mut queries[k], &mut packets[k]);
             let changed = rows.test(block, (query, views.of(k)), (state.live(), ANY), count);
             if changed != 0 {
-                let far = if ANY { B::Lane::lit(-1.0) } else { state.far_of(query.t) };
-                state.far = Mask::from_bits(changed).select(far, state.far);
+                state.found(changed, query.t, ANY);
                 found |= 1 << k;
             }
         }
