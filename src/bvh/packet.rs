@@ -39,14 +39,15 @@ fn cast<L: Lane, M: Lane>(x: L) -> M {
 }
 
 impl<B: Scalar> Packet<B> {
-    /// Rays up to distance `t_far` in lanes `active`; the others hold no ray.
+    /// Becomes rays up to distance `t_far` in lanes `active`; the others hold no ray. (In place: packets are large, and
+    /// to move one costs as much as a test.)
     #[inline]
-    pub fn new<L: Lane>(bvh: &Bvh<B>, origin: Vec3<L>, dir: Vec3<L>, t_far: L, active: u8) -> Self {
+    pub fn aim<L: Lane>(&mut self, bvh: &Bvh<B>, origin: Vec3<L>, dir: Vec3<L>, t_far: L, active: u8) {
         let origin = origin - Vec3::splat(bvh.origin);
         let inverse = dir.cast::<B::Lane>().slab_inverse();
         let inverse = [inverse.x, inverse.y, inverse.z];
         let mut own = [origin.x, origin.y, origin.z].map(cast::<L, B::Lane>);
-        let eye = own;
+        self.eye = own;
         let [min, max] = bvh.entry;
         // Where the ray enters the bounds: it starts there, so that a far eye is no less exact than a near one.
         let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
@@ -63,12 +64,12 @@ impl<B: Scalar> Packet<B> {
             let moved = |o: L, d: L| B::Lane::from_f64s(o.to_f64s() + d.to_f64s() * t);
             own = [moved(origin.x, dir.x), moved(origin.y, dir.y), moved(origin.z, dir.z)];
         }
-        let offset = [0, 1, 2].map(|axis| -(own[axis] * inverse[axis]));
-        let mut packet = Self { origin: own, inverse, offset, far: B::Lane::lit(-1.0), start, eye };
-        let far = packet.far_of(t_far);
-        let meets = start.le(t_out * B::Lane::lit(1.0 + roundings));
-        packet.far = (meets & Mask::from_bits(active)).select(far, packet.far);
-        packet
+        self.offset = [0, 1, 2].map(|axis| -(own[axis] * inverse[axis]));
+        self.origin = own;
+        self.inverse = inverse;
+        self.start = start;
+        let meets = start.le(t_out * B::Lane::lit(1.0 + roundings)) & Mask::from_bits(active);
+        self.far = meets.select(self.far_of(t_far), B::Lane::lit(-1.0));
     }
 
     /// No rays.

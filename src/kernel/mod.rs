@@ -40,7 +40,7 @@ pub use triangle::{SmoothTriangles, Triangles, View};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
 /// Eight rays with unit directions.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Rays<L> {
     /// Where they start, in the compiled scene's space.
     pub origin: Vec3<L>,

@@ -13,6 +13,7 @@ pub use vec3::Vec3;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
+use wide::u32x8;
 pub use wide::{f32x8, f64x8};
 
 /// Lanes in a packet.
@@ -27,6 +28,12 @@ pub fn each_lane<T: Copy + Default>(mut f: impl FnMut(usize) -> T) -> [T; LANES]
         *lane = f(k);
     }
     lanes
+}
+
+/// A bit for each lane whose number is `value`.
+#[inline(always)]
+pub fn equal_lanes(lanes: &[u32; LANES], value: u32) -> u8 {
+    u32x8::from(*lanes).simd_eq(u32x8::splat(value)).to_bitmask() as u8
 }
 
 /// Numbers of `yes` where the bit is set, of `no` elsewhere.

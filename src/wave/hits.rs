@@ -3,10 +3,10 @@
 use super::composite::Parts;
 use super::query::Query;
 use super::queue::{Carriers, Lines, put, put3};
-use crate::compile::{Compiled, PART, WithBlock};
+use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -106,14 +106,15 @@ const NO_PLACE: u32 = u32::MAX;
 #[inline]
 pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
     let hits = query.hits();
-    let (mut kinds, mut rows) = ([0; LANES], [0; LANES]);
-    for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {
-        let surface = query.surface[k];
-        kinds[k] = scene.kinds[surface as usize];
-        rows[k] = match kinds[k] & PART {
-            0 => surface - scene.base[usize::from(kinds[k])],
-            _ => scene.csg.parts[(surface - scene.first_part) as usize].row,
-        };
+    if hits == 0 {
+        return Surfaces::default();
+    }
+    // Lanes without a hit repeat one with: nothing that they give is kept.
+    let surfaces = query.met(hits);
+    let kinds = each_lane(|k| scene.kinds[surfaces[k] as usize]);
+    if kinds == [kinds[0]; LANES] {
+        let rows = rows_of(scene, kinds[0], &surfaces);
+        return resolve_kind(scene, query, kinds[0], &rows, Mask::from_bits(hits));
     }
     let mut all = Surfaces::default();
     let mut waiting = hits;
@@ -125,13 +126,9 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
         }
         same &= waiting;
         waiting &= !same;
-        // The other lanes repeat a row of the kind; nothing they give is kept.
-        let rows = each_lane(|k| rows[if same >> k & 1 == 1 { k } else { first }]);
-        let found = resolve_kind(scene, query, kinds[first], &rows, Mask::from_bits(same));
-        if same == hits {
-            return found;
-        }
+        let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
         let mask = Mask::<S::Lane>::from_bits(same);
+        let found = resolve_kind(scene, query, kinds[first], &rows, mask);
         all.point = Vec3::select(mask, found.point, all.point);
         all.normal = Vec3::select(mask, found.normal, all.normal);
         all.u = mask.select(found.u, all.u);
@@ -141,6 +138,20 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
         }
     }
     all
+}
+
+/// Rows of surfaces that are all of one kind.
+#[inline(always)]
+fn rows_of<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    kind: u8,
+    surfaces: &[SurfaceId; LANES],
+) -> [u32; LANES] {
+    if kind & PART == 0 {
+        let base = scene.base[usize::from(kind)];
+        return each_lane(|k| surfaces[k] - base);
+    }
+    each_lane(|k| scene.csg.parts[(surfaces[k] - scene.first_part) as usize].row)
 }
 
 /// Where rays meet surfaces of one kind.
@@ -200,39 +211,57 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
     }
 }
 
-/// Hits whose textures differ by program, or are several at once.
+/// What is known of eight hits by what owns the surface; lanes without a hit repeat one with.
 struct Looks {
     owner: [u32; LANES],
+    interior: [u32; LANES],
     texture: [u32; LANES],
+    /// Lanes that are lit from both sides.
+    double_illuminate: u8,
     /// Lanes on cut faces without a look of their own.
     cuts: u8,
     /// Lanes on triangles that blend the textures of their corners.
     blends: u8,
 }
 
-fn looks<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    query: &Query<S::Lane>,
-    found: &Surfaces<S::Lane>,
-    lanes: u8,
-) -> Looks {
-    let mut looks = Looks { owner: [0; LANES], texture: [0; LANES], cuts: 0, blends: 0 };
-    let mut inside = None;
-    for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-        looks.owner[k] = scene.owner[query.surface[k] as usize];
-        let owner = &scene.owners[looks.owner[k] as usize];
-        looks.texture[k] = owner.textures[0];
-        if let Some(texture) = owner.interior_texture {
-            let inside = *inside.get_or_insert_with(|| seen_from_inside(scene, query, found));
-            if inside >> k & 1 == 1 {
-                looks.texture[k] = texture;
-                continue;
+impl Looks {
+    fn of<S: Scalar, B: Scalar>(
+        scene: &Compiled<S, B>,
+        query: &Query<S::Lane>,
+        found: &Surfaces<S::Lane>,
+        hits: u8,
+    ) -> Self {
+        let surfaces = query.met(hits);
+        let owner = each_lane(|k| scene.owner[surfaces[k] as usize]);
+        let mut looks = Self {
+            owner,
+            interior: [0; LANES],
+            texture: [0; LANES],
+            double_illuminate: 0,
+            cuts: 0,
+            blends: 0,
+        };
+        let mut waiting = !0u8;
+        // Mostly all lanes at once.
+        while waiting != 0 {
+            let first = owner[waiting.trailing_zeros() as usize & (LANES - 1)];
+            let same = equal_lanes(&owner, first);
+            waiting &= !same;
+            let owner = &scene.owners[first as usize];
+            looks.interior = choose(same, &[owner.interior; LANES], &looks.interior);
+            looks.texture = choose(same, &[owner.textures[0]; LANES], &looks.texture);
+            let all = |yes: bool| if yes { same } else { 0 };
+            looks.double_illuminate |= all(owner.double_illuminate);
+            let mut inside = 0;
+            if let Some(texture) = owner.interior_texture {
+                inside = same & seen_from_inside(scene, query, found);
+                looks.texture = choose(inside, &[texture; LANES], &looks.texture);
             }
+            looks.cuts |= all(owner.cut) & hits & !inside;
+            looks.blends |= all(owner.textures != [owner.textures[0]; 3]) & hits & !inside;
         }
-        looks.cuts |= u8::from(owner.cut) << k;
-        looks.blends |= u8::from(owner.textures != [owner.textures[0]; 3]) << k;
+        looks
     }
-    looks
 }
 
 impl<L: Lane> HitList<L> {
@@ -251,13 +280,8 @@ impl<L: Lane> HitList<L> {
             return;
         }
         let found = resolve(scene, query);
-        let looks = looks(scene, query, &found, lanes);
+        let looks = Looks::of(scene, query, &found, lanes);
         let facing = found.normal.dot(carriers.lines.rays.dir);
-        let owners = looks.owner.map(|o| &scene.owners[o as usize]);
-        let mut double_illuminate = 0;
-        for (k, owner) in owners.iter().enumerate() {
-            double_illuminate |= u8::from(owner.double_illuminate) << k;
-        }
         let mut hit = Hit {
             active: lanes,
             point: found.point,
@@ -271,31 +295,28 @@ impl<L: Lane> HitList<L> {
             sink: carriers.sink,
             level: carriers.level,
             medium: carriers.medium,
-            interior: each_lane(|k| owners[k].interior),
-            double_illuminate,
+            interior: looks.interior,
+            double_illuminate: looks.double_illuminate,
             surface: query.surface,
             part: found.part,
             texture: looks.texture,
         };
 
         let program = |texture: u32| scene.textures.textures[texture as usize].program;
+        let programs = each_lane(|k| program(looks.texture[k]));
         let mut waiting = lanes & !looks.cuts & !looks.blends;
         let mut single = 0u8;
         while waiting != 0 {
-            let first = waiting.trailing_zeros() as usize;
-            let number = program(looks.texture[first]);
-            let mut same = 0u8;
-            for k in (0..LANES).filter(|k| waiting >> k & 1 == 1) {
-                same |= u8::from(program(looks.texture[k]) == number) << k;
-            }
+            let first = waiting.trailing_zeros() as usize & (LANES - 1);
+            let same = equal_lanes(&programs, programs[first]) & waiting;
             waiting &= !same;
             if same.count_ones() < SHADED_WHOLE {
                 single |= same;
                 continue;
             }
             hit.active = same;
-            hit.texture = each_lane(|k| looks.texture[if same >> k & 1 == 1 { k } else { first }]);
-            shade(&hit, number, sender);
+            hit.texture = choose(same, &looks.texture, &[looks.texture[first]; LANES]);
+            shade(&hit, programs[first], sender);
         }
         let rest = single | looks.cuts | looks.blends;
         if rest == 0 {
@@ -315,7 +336,8 @@ impl<L: Lane> HitList<L> {
             } else if looks.blends >> k & 1 == 1 {
                 let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
                 let shares = [S::from_f64(1.0 - u - v).to_f64(), u, v];
-                for (&texture, share) in owners[k].textures.iter().zip(shares) {
+                let owner = &scene.owners[looks.owner[k] as usize];
+                for (&texture, share) in owner.textures.iter().zip(shares) {
                     // POV-Ray leaves out corners too faint to be followed.
                     if share >= scene.globals.adc_bailout {
                         row(texture, share, k);

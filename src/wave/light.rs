@@ -1,6 +1,6 @@
 //! Lights as eight points see them (manual section 3.4.4; formulas as measured on POV-Ray 3.7).
 
-use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::lane::{Lane, Mask, Vec3};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
 
@@ -147,9 +147,4 @@ fn smooth_step<L: Lane>(low: f64, high: f64, x: L) -> L {
 /// POV-Ray's weights for the brightness of a colour.
 pub fn grey<L: Lane>(c: Vec3<L>) -> L {
     c.x * L::lit(0.297) + c.y * L::lit(0.589) + c.z * L::lit(0.114)
-}
-
-/// A number per lane from a table.
-pub fn per_lane<L: Lane>(f: impl Fn(usize) -> f64) -> L {
-    L::from_fn(|k| L::Scalar::from_f64(f(k)))
 }

@@ -3,13 +3,13 @@
 use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar};
+use crate::lane::{LANES, Lane, Mask, Scalar, choose, equal_lanes};
 
 /// Packets that walk the tree together.
 pub const GROUP: usize = 8;
 
 /// Eight rays and what is known of them so far.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Query<L> {
     /// The rays.
     pub rays: Rays<L>,
@@ -36,14 +36,25 @@ const START_ROUNDINGS: f64 = 32.0;
 impl<L: Lane> Query<L> {
     /// Rays up to distance `t_max`.
     pub fn new(lines: &Lines<L>, t_max: L, lanes: u8) -> Self {
-        let Lines { rays, left, part } = *lines;
-        let reach = rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
-        let mut free = 0;
-        for (k, left) in left.iter().enumerate() {
-            free |= u8::from(*left == NO_SURFACE) << k;
-        }
-        let t_min = Mask::from_bits(free).select(L::zero(), reach);
-        Self { rays, left, part, t_min, t: t_max, surface: [NO_SURFACE; LANES], lanes, starts: free != !0 }
+        let mut query = Self::default();
+        query.aim(lines, t_max, lanes);
+        query
+    }
+
+    /// Becomes rays up to distance `t_max`.
+    #[inline(always)]
+    pub fn aim(&mut self, lines: &Lines<L>, t_max: L, lanes: u8) {
+        let reach =
+            lines.rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
+        let free = equal_lanes(&lines.left, NO_SURFACE);
+        self.rays = lines.rays;
+        self.left = lines.left;
+        self.part = lines.part;
+        self.t_min = Mask::from_bits(free).select(L::zero(), reach);
+        self.t = t_max;
+        self.surface = [NO_SURFACE; LANES];
+        self.lanes = lanes;
+        self.starts = free != !0;
     }
 
     /// True if a ray starts on one of `len` surfaces from `first` on.
@@ -56,19 +67,19 @@ impl<L: Lane> Query<L> {
     /// Lanes that start on `surface`.
     #[inline(always)]
     pub fn lanes_on(&self, surface: SurfaceId) -> u8 {
-        let mut on = 0;
-        for (k, left) in self.left.iter().enumerate() {
-            on |= u8::from(*left == surface) << k;
-        }
-        on
+        equal_lanes(&self.left, surface)
     }
 
     /// Lanes that have hit something.
+    #[inline(always)]
     pub fn hits(&self) -> u8 {
-        let mut bits = 0;
-        for (k, surface) in self.surface.iter().enumerate() {
-            bits |= u8::from(*surface != NO_SURFACE) << k;
-        }
-        bits & self.lanes
+        !equal_lanes(&self.surface, NO_SURFACE) & self.lanes
+    }
+
+    /// What was hit; lanes that have hit nothing repeat what one of `hits`, which are not none, has.
+    #[inline(always)]
+    pub fn met(&self, hits: u8) -> [SurfaceId; LANES] {
+        let one = self.surface[hits.trailing_zeros() as usize & (LANES - 1)];
+        choose(hits, &self.surface, &[one; LANES])
     }
 }

@@ -2,15 +2,14 @@
 //! (formulas as measured on POV-Ray 3.7: manual sections 3.4.6.3 finish, 3.4.6.5 interior).
 
 use super::hits::Hit;
-use super::light::{Incidence, LightProgram, grey, per_lane};
+use super::light::{Incidence, LightProgram, grey};
 use super::medium::{Crossing, Media};
 use super::queue::{Carriers, Feelers, Queue};
 use super::sums::Sums;
 use crate::compile::Compiled;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
 use crate::scene::{Finish, Interior, Reflection, Rgb};
 use crate::texture::{Colors, LayerProgram, Program};
-use smallvec::SmallVec;
 
 /// Light weaker than this in every channel is not followed (POV-Ray's figure; channels are of order 1).
 pub const NO_LIGHT: f64 = 1e-10;
@@ -60,7 +59,7 @@ pub fn shade<S: Scalar, B: Scalar>(
     emit.shaded.1 += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
     let active = Mask::<S::Lane>::from_bits(hit.active);
-    let crossings = crossings(scene, program, hit, emit.media);
+    let crossings = Crossings::of(scene, program, hit, emit.media);
     let adc = S::Lane::lit(scene.globals.adc_bailout);
     let one = S::Lane::lit(1.0);
 
@@ -68,8 +67,8 @@ pub fn shade<S: Scalar, B: Scalar>(
     let mut local = Vec3::lit(0.0);
     let mut filter = Vec3::lit(1.0);
     let mut transmitted = one;
-    let mut lit_layers: SmallVec<[LitLayer<S::Lane>; 2]> = SmallVec::new();
-    let mut mirrors: SmallVec<[Mirror<S::Lane>; 1]> = SmallVec::new();
+    let mut lit_layers = Few::new();
+    let mut mirrors = Few::new();
     for (number, layer) in program.layers.iter().enumerate() {
         live &= transmitted.gt(adc);
         if live.none() {
@@ -110,11 +109,11 @@ pub fn shade<S: Scalar, B: Scalar>(
     }
 
     emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
-    if !lit_layers.is_empty() {
+    if lit_layers.first.is_some() {
         for (number, light) in lights.iter().enumerate() {
             let Some(lamp) = Lamp::new(light, hit, active, &lit_layers) else { continue };
             let mut sum = Vec3::lit(0.0);
-            for layer in &lit_layers {
+            for layer in lit_layers.iter() {
                 let part = direct_light(&lamp, layer, hit, scene.globals.irid_wavelength);
                 sum += Vec3::select(layer.live, part.mul(layer.filter), Vec3::lit(0.0));
             }
@@ -123,34 +122,75 @@ pub fn shade<S: Scalar, B: Scalar>(
     }
     let top = program.layers.first().map(|layer| &layer.finish);
     let inside_out = transmit(scene, hit, active, top, &crossings, (filter, transmitted), emit);
-    for mirror in &mirrors {
+    for mirror in mirrors.iter() {
         reflect(scene, hit, mirror, inside_out, emit);
     }
 }
 
-/// What happens to each ray's list of interiors, if the program can see it at all.
-fn crossings<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    program: &Program,
-    hit: &Hit<S::Lane>,
-    media: &mut Media,
-) -> [Crossing; LANES] {
-    let none = Crossing { next: 0, eta: 1.0, leaves: false, fresnel_ior: 1.0 };
-    let opaque = hit.texture.iter().all(|&t| scene.textures.textures[t as usize].opaque);
-    if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
-        return [none; LANES];
-    }
-    let (mut crossings, mut last) = ([none; LANES], none);
-    for (k, crossing) in crossings.iter_mut().enumerate() {
+/// What happens to each ray's list of interiors (see [`Crossing`]).
+struct Crossings<L> {
+    next: [u32; LANES],
+    eta: L,
+    leaves: u8,
+    fresnel_ior: L,
+}
+
+impl<L: Lane> Crossings<L> {
+    /// Of the hits, if their program can see it at all.
+    fn of<S: Scalar<Lane = L>, B: Scalar>(
+        scene: &Compiled<S, B>,
+        program: &Program,
+        hit: &Hit<L>,
+        media: &mut Media,
+    ) -> Self {
+        let one = L::lit(1.0);
+        let mut crossings = Self { next: [0; LANES], eta: one, leaves: 0, fresnel_ior: one };
+        let opaque = hit.texture.iter().all(|&t| scene.textures.textures[t as usize].opaque);
+        if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
+            return crossings;
+        }
+        let mut waiting = hit.active;
         // Neighbours are mostly in the same case.
-        *crossing = if k > 0 && (hit.medium[k], hit.interior[k]) == (hit.medium[k - 1], hit.interior[k - 1]) {
-            last
-        } else {
-            media.cross(hit.medium[k], hit.interior[k], &scene.interiors)
-        };
-        last = *crossing;
+        while waiting != 0 {
+            let first = waiting.trailing_zeros() as usize & (LANES - 1);
+            let (medium, interior) = (hit.medium[first], hit.interior[first]);
+            let same = equal_lanes(&hit.medium, medium) & equal_lanes(&hit.interior, interior);
+            waiting &= !same;
+            let Crossing { next, eta, leaves, fresnel_ior } = media.cross(medium, interior, &scene.interiors);
+            let mask = Mask::from_bits(same);
+            crossings.next = choose(same, &[next; LANES], &crossings.next);
+            crossings.eta = mask.select(L::lit(eta), crossings.eta);
+            crossings.leaves |= if leaves { same } else { 0 };
+            crossings.fresnel_ior = mask.select(L::lit(fresnel_ior), crossings.fresnel_ior);
+        }
+        crossings
     }
-    crossings
+}
+
+/// Mostly one of something, at times more.
+struct Few<T> {
+    first: Option<T>,
+    more: Vec<T>,
+}
+
+impl<T> Few<T> {
+    fn new() -> Self {
+        Self { first: None, more: Vec::new() }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, one: T) {
+        if self.first.is_none() {
+            self.first = Some(one);
+        } else {
+            self.more.push(one);
+        }
+    }
+
+    #[inline(always)]
+    fn iter(&self) -> impl Iterator<Item = &T> {
+        self.first.iter().chain(&self.more)
+    }
 }
 
 /// A light as the hits see it.
@@ -166,8 +206,8 @@ struct Lamp<L> {
 
 impl<L: Lane> Lamp<L> {
     /// `None` if none of its light can go to the eye.
-    #[inline]
-    fn new(light: &LightProgram, hit: &Hit<L>, active: Mask<L>, layers: &[LitLayer<L>]) -> Option<Self> {
+    #[inline(always)]
+    fn new(light: &LightProgram, hit: &Hit<L>, active: Mask<L>, layers: &Few<LitLayer<L>>) -> Option<Self> {
         let (dir, distance) = light.towards(hit.point);
         let cos = hit.normal.dot(dir);
         let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
@@ -276,7 +316,7 @@ fn reflect_share<'a, L: Lane>(
     finish: &'a Finish,
     colors: &Colors<L>,
     hit: &Hit<L>,
-    crossings: &[Crossing; LANES],
+    crossings: &Crossings<L>,
     transmitted: L,
     live: Mask<L>,
 ) -> Mirror<'a, L> {
@@ -286,7 +326,7 @@ fn reflect_share<'a, L: Lane>(
     let weight = hit.weight * transmitted;
     let between = |share: L| max * share + min * (one - share);
     let (mut factor, weight) = if reflection.fresnel {
-        let f = fresnel(hit.cos, per_lane(|k| crossings[k].fresnel_ior));
+        let f = fresnel(hit.cos, crossings.fresnel_ior);
         let factor = between(f);
         (factor, weight * factor.max_element())
     } else {
@@ -354,7 +394,7 @@ fn transmit<S: Scalar, B: Scalar>(
     hit: &Hit<S::Lane>,
     active: Mask<S::Lane>,
     top: Option<&Finish>,
-    crossings: &[Crossing; LANES],
+    crossings: &Crossings<S::Lane>,
     (filter, transmitted): (Vec3<S::Lane>, S::Lane),
     emit: &mut Emit<S::Lane>,
 ) -> Mask<S::Lane> {
@@ -369,7 +409,7 @@ fn transmit<S: Scalar, B: Scalar>(
     let seen = through & deep & weight.ge(S::Lane::lit(scene.globals.adc_bailout));
 
     let fade = fade_along(scene, hit, crossings);
-    let eta: S::Lane = per_lane(|k| crossings[k].eta);
+    let eta = crossings.eta;
     let straight = (eta - one).abs().lt(S::Lane::lit(UNBENT));
     let k = one + eta * eta * (hit.cos * hit.cos - one);
     let back = through & !straight & k.lt(zero);
@@ -387,7 +427,7 @@ fn transmit<S: Scalar, B: Scalar>(
         bent.share = hit.share * grey(fade) * transmitted;
         bent.sink = hit.sink;
         bent.level = level(straight.bits());
-        bent.medium = each_lane(|k| crossings[k].next);
+        bent.medium = crossings.next;
         bent.lanes = lanes;
         emit.refracted.push();
     }
@@ -426,7 +466,7 @@ fn depth_left<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, hit: &Hit<S::Lane>) 
 fn fade_along<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
-    crossings: &[Crossing; LANES],
+    crossings: &Crossings<S::Lane>,
 ) -> Vec3<S::Lane> {
     if !scene.fades {
         return Vec3::lit(1.0);
@@ -434,7 +474,7 @@ fn fade_along<S: Scalar, B: Scalar>(
     let mut fade = [Rgb::ONE; LANES];
     let distance = hit.distance.to_array();
     for (k, fade) in fade.iter_mut().enumerate() {
-        if crossings[k].leaves {
+        if crossings.leaves >> k & 1 == 1 {
             *fade = fade_over(&scene.interiors[hit.interior[k] as usize], distance[k].to_f64());
         }
     }

@@ -11,11 +11,9 @@ use super::shade::{NO_LIGHT, fade_over};
 use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::Run;
-use crate::compile::{Compiled, NO_SURFACE, class};
+use crate::compile::{Compiled, Owner, class};
 use crate::kernel::{Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane};
-use crate::scene::Rgb;
-use smallvec::SmallVec;
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
 
 /// Buffers for shadow rays.
 #[derive(Default)]
@@ -23,6 +21,8 @@ pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
     /// Rays that nothing opaque blocks, in scenes where something may still tint them.
     open: Queue<Feelers<S::Lane>>,
+    /// By packet of them.
+    rests: Vec<Rest<S::Lane>>,
     /// By light: see [`Tracer::occluded`].
     suspects: Vec<Option<Run>>,
 }
@@ -43,8 +43,7 @@ impl<S: Scalar> ShadowTracer<S> {
             self.suspects.resize(light + 1, None);
         }
         for group in queue.packets().chunks(GROUP) {
-            self.queries.clear();
-            self.queries.extend(group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)));
+            aim(&mut self.queries, group);
             let tinted = tracer.occluded(scene, &mut self.queries, &mut self.suspects[light]);
             for (k, (query, rays)) in self.queries.iter().zip(group).enumerate() {
                 let lanes = rays.lanes & !query.hits();
@@ -77,32 +76,55 @@ impl<S: Scalar> ShadowTracer<S> {
         media: &mut Media,
         sums: &mut Sums,
     ) {
-        for group in self.open.packets().chunks(GROUP) {
-            let filters = gather_filters(scene, group, tracer, media);
-            for (rays, filter) in group.iter().zip(filters) {
-                sums.add(&rays.sink, rays.light.mul(Vec3::from_fn(|k| filter[k])), rays.lanes);
+        let Self { queries, open, rests, .. } = self;
+        for group in open.packets().chunks(GROUP) {
+            gather_filters(scene, group, queries, rests, tracer, media);
+            for (rays, rest) in group.iter().zip(&*rests) {
+                sums.add(&rays.sink, rays.light.mul(rest.filter), rays.lanes);
             }
         }
-        self.open.clear();
+        open.clear();
     }
 }
 
-/// What see-through occluders leave of the light along up to [`GROUP`] packets of shadow rays.
+/// Makes `queries` ask for what is in the way of `group`.
+fn aim<L: Lane>(queries: &mut Vec<Query<L>>, group: &[Feelers<L>]) {
+    queries.resize(group.len(), Query::default());
+    for (query, rays) in queries.iter_mut().zip(group) {
+        query.aim(&rays.lines, rays.t_max, rays.lanes);
+    }
+}
+
+/// What is left to be done of a packet of shadow rays that goes from surface to surface.
+struct Rest<L> {
+    /// What the surfaces so far have let through.
+    filter: Vec3<L>,
+    /// What the rays travel in.
+    medium: [u32; LANES],
+    /// How far it is to the light.
+    distance: L,
+}
+
+/// What see-through occluders leave of the light along up to [`GROUP`] packets of shadow rays, into `rests`.
 fn gather_filters<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     group: &[Feelers<S::Lane>],
+    queries: &mut Vec<Query<S::Lane>>,
+    rests: &mut Vec<Rest<S::Lane>>,
     tracer: &mut Tracer<B>,
     media: &mut Media,
-) -> SmallVec<[[Rgb; LANES]; GROUP]> {
-    let mut filters: SmallVec<[[Rgb; LANES]; GROUP]> = group.iter().map(|_| [Rgb::ONE; LANES]).collect();
-    let mut mediums: SmallVec<[[u32; LANES]; GROUP]> = group.iter().map(|rays| rays.medium).collect();
-    let mut rest: SmallVec<[S::Lane; GROUP]> = group.iter().map(|rays| rays.t_max).collect();
-    let mut queries: SmallVec<[Query<S::Lane>; GROUP]> =
-        group.iter().map(|rays| Query::new(&rays.lines, rays.t_max, rays.lanes)).collect();
+) {
+    aim(queries, group);
+    rests.clear();
+    rests.extend(group.iter().map(|rays| Rest {
+        filter: Vec3::lit(1.0),
+        medium: rays.medium,
+        distance: rays.t_max,
+    }));
     loop {
-        tracer.nearest(scene, &mut queries, class::FILTERS);
+        tracer.nearest(scene, queries, class::FILTERS);
         let mut some = false;
-        for (k, query) in queries.iter_mut().enumerate() {
+        for (query, rest) in queries.iter_mut().zip(&mut *rests) {
             let hits = query.hits();
             if hits == 0 {
                 query.lanes = 0;
@@ -110,20 +132,20 @@ fn gather_filters<S: Scalar, B: Scalar>(
             }
             let met = Mask::from_bits(hits);
             let found = resolve(scene, query);
-            let more = cross(scene, query, &found, hits, &mut filters[k], &mut mediums[k], media);
-            rest[k] -= met.keep(query.t);
+            let more = cross(scene, query, &found, hits, rest, media);
+            rest.distance -= met.keep(query.t);
             // On from where the ray is, away from the surface it has met.
             let origin = Vec3::select(met, found.point, query.rays.origin);
             let lines = Lines {
                 rays: Rays { origin, dir: query.rays.dir },
-                left: each_lane(|k| if hits >> k & 1 == 1 { query.surface[k] } else { NO_SURFACE }),
+                left: query.surface, // No surface where nothing was met.
                 part: found.part,
             };
-            *query = Query::new(&lines, rest[k], more);
+            query.aim(&lines, rest.distance, more);
             some |= more != 0;
         }
         if !some {
-            return filters;
+            return;
         }
     }
 }
@@ -135,83 +157,82 @@ fn cross<S: Scalar, B: Scalar>(
     query: &Query<S::Lane>,
     found: &Surfaces<S::Lane>,
     hits: u8,
-    filter: &mut [Rgb; LANES],
-    medium: &mut [u32; LANES],
+    rest: &mut Rest<S::Lane>,
     media: &mut Media,
 ) -> u8 {
+    let surfaces = query.met(hits);
+    let owners = each_lane(|k| scene.owner[surfaces[k] as usize]);
     let cos = found.normal.dot(query.rays.dir).abs();
-    let distance = query.t.to_f64s().to_array();
-    let mut inside = None;
-    // Neighbours mostly see one texture: what it lets through is worked out for all lanes at once.
-    let mut known: Option<(u32, f64, [Rgb; LANES])> = None;
-    let mut more = 0u8;
-    for k in (0..LANES).filter(|k| hits >> k & 1 == 1) {
-        let owner = &scene.owners[scene.owner[query.surface[k] as usize] as usize];
+    let before = rest.medium;
+    let mut waiting = hits;
+    // Neighbours mostly meet one object, and come from one interior.
+    while waiting != 0 {
+        let first = waiting.trailing_zeros() as usize & (LANES - 1);
+        let same = waiting & equal_lanes(&owners, owners[first]) & equal_lanes(&before, before[first]);
+        waiting &= !same;
+        let owner = &scene.owners[owners[first] as usize];
         let interior = &scene.interiors[owner.interior as usize];
-        let mut through = |texture: u32| match &known {
-            Some((of, caustics, tints)) if (*of, *caustics) == (texture, interior.caustics) => tints[k],
-            _ => {
-                let tints = texture_filter(scene, texture, found.point, interior.caustics, cos);
-                known = Some((texture, interior.caustics, tints));
-                tints[k]
-            }
-        };
-        let from_inside = |k: usize| {
-            let inside: &mut Option<u8> = &mut inside;
-            *inside.get_or_insert_with(|| seen_from_inside(scene, query, found)) >> k & 1 == 1
-        };
-        let [a, b, c] = owner.textures;
-        let mut tint = match owner.interior_texture {
-            _ if owner.blocks => Rgb::ZERO,
-            Some(texture) if { from_inside }(k) => through(texture),
-            _ if a == b && b == c => through(a),
-            _ => {
-                let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
-                let mut tint = Rgb::ZERO;
-                for (texture, weight) in [(a, 1.0 - u - v), (b, u), (c, v)] {
-                    if weight != 0.0 {
-                        tint += weight * through(texture);
-                    }
-                }
-                tint
-            }
-        };
-        let crossing = media.cross(medium[k], owner.interior, &scene.interiors);
+        let mut tint = owner_filter(scene, owner, query, found, (interior.caustics, cos));
+        let crossing = media.cross(before[first], owner.interior, &scene.interiors);
         // In shadows POV-Ray fades only with a power over 0.
         if crossing.leaves && interior.fade_power > 0.0 {
-            tint *= fade_over(interior, distance[k]);
+            tint = tint.mul(Vec3::from_fn(|k| fade_over(interior, query.t.lanes()[k].to_f64())));
         }
-        medium[k] = crossing.next;
-        filter[k] *= tint;
-        if filter[k].abs().max_element() >= NO_LIGHT {
-            more |= 1 << k;
-        } else {
-            filter[k] = Rgb::ZERO;
-        }
+        rest.medium = choose(same, &[crossing.next; LANES], &rest.medium);
+        rest.filter = Vec3::select(Mask::from_bits(same), rest.filter.mul(tint), rest.filter);
     }
-    more
+    let worth = rest.filter.abs().max_element().ge(S::Lane::lit(NO_LIGHT));
+    let spent = !worth & Mask::from_bits(hits);
+    rest.filter = Vec3::select(spent, Vec3::lit(0.0), rest.filter);
+    hits & worth.bits()
 }
 
-/// What one texture lets through at eight points.
+/// What surfaces of one owner let through at eight points.
+fn owner_filter<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    owner: &Owner,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+    focus: (f64, S::Lane),
+) -> Vec3<S::Lane> {
+    if owner.blocks {
+        return Vec3::lit(0.0);
+    }
+    let through = |texture: u32| texture_filter(scene, texture, found.point, focus);
+    let [a, b, c] = owner.textures;
+    let outside = if a == b && b == c {
+        through(a)
+    } else {
+        let (u, v) = (found.u, found.v);
+        through(a) * (S::Lane::lit(1.0) - u - v) + through(b) * u + through(c) * v
+    };
+    match owner.interior_texture {
+        None => outside,
+        Some(texture) => {
+            let inside = Mask::from_bits(seen_from_inside(scene, query, found));
+            Vec3::select(inside, through(texture), outside)
+        }
+    }
+}
+
+/// What one texture lets through at eight points, which `caustics` gather where rays meet it at right angles.
 fn texture_filter<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     texture: u32,
     point: Vec3<S::Lane>,
-    caustics: f64,
-    cos: S::Lane,
-) -> [Rgb; LANES] {
+    (caustics, cos): (f64, S::Lane),
+) -> Vec3<S::Lane> {
     let row = &scene.textures.textures[texture as usize];
     if row.opaque {
-        return [Rgb::ZERO; LANES];
+        return Vec3::lit(0.0);
     }
     let program = &scene.textures.programs[row.program as usize];
-    let mut filter = [Rgb::ONE; LANES];
+    let mut filter = Vec3::lit(1.0);
     for (number, layer) in program.layers.iter().enumerate() {
         let through = layer.colors(&scene.textures, &[texture; LANES], number, point).transmittance();
-        for (k, filter) in filter.iter_mut().enumerate() {
-            let focus =
-                if caustics == 0.0 { 1.0 } else { 1.0 + cos.lanes()[k].to_f64().powf(45.0 * caustics) };
-            *filter = *filter * through.lane(k) * focus;
+        filter = filter.mul(through);
+        if caustics != 0.0 {
+            filter = filter * (S::Lane::lit(1.0) + cos.pow_const(45.0 * caustics));
         }
     }
     filter

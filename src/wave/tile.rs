@@ -135,10 +135,10 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let (reflected, refracted, shaded) = (&mut self.reflected, &mut self.refracted, &mut self.shaded);
         for group in batch_order.chunks(GROUP) {
             let group = group.iter().map(|&number| &batch[number as usize]);
-            queries.clear();
-            queries.extend(
-                group.clone().map(|rays| Query::new(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes)),
-            );
+            queries.resize(group.len(), Query::default());
+            for (query, rays) in queries.iter_mut().zip(group.clone()) {
+                query.aim(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes);
+            }
             tracer.nearest(scene, queries, filter);
             for (rays, query) in group.zip(&*queries) {
                 let missed = query.lanes & !query.hits();

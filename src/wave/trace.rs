@@ -107,15 +107,15 @@ impl<B: Scalar> Tracer<B> {
                 }
             }
         }
-        packets.clear();
-        for query in leaves.queries.iter() {
+        packets.resize(leaves.queries.len(), Packet::idle());
+        for (packet, query) in packets.iter_mut().zip(leaves.queries.iter()) {
             let lanes = if ANY { query.lanes & !query.hits() } else { query.lanes };
             if lanes == 0 {
-                packets.push(Packet::idle());
+                *packet = Packet::idle();
                 continue;
             }
             let Rays { origin, dir } = query.rays;
-            packets.push(Packet::new(&scene.bvh, origin, dir, query.t, lanes));
+            packet.aim(&scene.bvh, origin, dir, query.t, lanes);
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         if leaves.blocker.is_some() {
