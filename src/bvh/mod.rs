@@ -9,6 +9,7 @@ mod node;
 mod occupancy;
 mod packet;
 mod reinsert;
+mod small;
 mod walk;
 
 #[cfg(test)]

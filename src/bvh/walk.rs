@@ -7,6 +7,7 @@
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
 use super::packet::{Bounds, Crossing, Directions, Frame, Interval, Packet, Units};
+use super::small::{MOST_NODES, walk_small};
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, Lane, Mask, Scalar, highest};
 
@@ -102,6 +103,10 @@ pub fn walk<B: Scalar>(
 ) {
     debug_assert!(packets.len() <= LANES);
     if bvh.nodes.is_empty() {
+        return;
+    }
+    if traversal == Traversal::Auto && bvh.nodes.len() <= MOST_NODES {
+        walk_small(bvh, packets, visit);
         return;
     }
     // A group leaves at most seven entries behind on each level, and so do the packet and the single ray that follow it.
