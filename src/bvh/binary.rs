@@ -1,8 +1,8 @@
-//! Boxes to a tree of two children a node: binned surface-area heuristic (Wald 2007, On fast construction of SAH-based
-//! bounding volume hierarchies), from the top down, each node's items parted in place.
+//! Boxes to a tree of two children a node, from the top down, each node's items parted in place (`part`).
 //!
 //! It knows boxes in single precision and what a test of their contents costs; not what the contents are.
 
+use super::part::{FEW, binned, exhausted, swept};
 use crate::lane::f32x8;
 use wide::f32x4;
 
@@ -58,20 +58,51 @@ impl Extent {
 
     /// Lowest corner, and the highest one negated.
     #[inline(always)]
-    fn halves(&self) -> [f32x4; 2] {
+    pub fn halves(&self) -> [f32x4; 2] {
         bytemuck::cast(self.0)
     }
 
     /// Twice the middle.
     #[inline(always)]
-    fn center(&self) -> f32x4 {
+    pub fn center(&self) -> f32x4 {
         let [low, negated] = self.halves();
         low - negated
     }
 
+    /// Twice the middle along one axis.
+    #[inline(always)]
+    pub fn center_along(&self, axis: usize) -> f32 {
+        let lanes = self.0.as_array();
+        lanes[axis] - lanes[4 + axis]
+    }
+
+    /// Twice as far from zero.
+    pub fn twice(self) -> Self {
+        Self(self.0 + self.0)
+    }
+
+    /// What both hold.
+    pub fn common(self, other: Self) -> Self {
+        Self(self.0.fast_max(other.0))
+    }
+
+    /// What lies below `plane` along `axis`.
+    pub fn below(self, axis: usize, plane: f32) -> Self {
+        let mut lanes = self.0.to_array();
+        lanes[4 + axis] = lanes[4 + axis].max(-plane);
+        Self(f32x8::new(lanes))
+    }
+
+    /// What lies above `plane` along `axis`.
+    pub fn above(self, axis: usize, plane: f32) -> Self {
+        let mut lanes = self.0.to_array();
+        lanes[axis] = lanes[axis].max(plane);
+        Self(f32x8::new(lanes))
+    }
+
     /// Around a point.
     #[inline(always)]
-    fn point(at: f32x4) -> Self {
+    pub fn point(at: f32x4) -> Self {
         Self(bytemuck::cast([at, -at]))
     }
 }
@@ -87,8 +118,6 @@ pub(super) struct Binary {
     pub items: Vec<Extent>,
 }
 
-/// Nodes of at most so many items make do with half as many bins.
-const FEW: usize = 32;
 /// Subtrees over this many items are built side by side.
 pub(super) const PARALLEL_OVER: usize = 4096;
 
@@ -97,7 +126,8 @@ impl Binary {
     /// are few items. The same tree on any number of threads.
     pub fn over<const BINS: usize, const HALF: usize>(mut items: Vec<Extent>) -> Self {
         let mut nodes = vec![Extent::EMPTY; 2 * items.len() - 1];
-        split::<BINS, HALF>(&mut items, &mut nodes, 0);
+        let around = items.iter().fold(Around::NOTHING, |around, &item| around.and(item));
+        split::<BINS, HALF>(&mut items, &mut nodes, 0, around);
         Self { nodes, items }
     }
 
@@ -114,100 +144,58 @@ pub(super) fn second(nodes: &[Extent], at: usize) -> usize {
     at + 2 * nodes[at + 1].tags().1 as usize
 }
 
-fn split<const BINS: usize, const HALF: usize>(items: &mut [Extent], nodes: &mut [Extent], first: u32) {
-    let (mut bounds, mut centers) = (Extent::EMPTY, Extent::EMPTY);
-    for item in items.iter() {
-        bounds = bounds.around(*item);
-        centers = centers.around(Extent::point(item.center()));
+/// What lies around items and around their middles (those twice as far from zero).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Around {
+    pub bounds: Extent,
+    pub centers: Extent,
+}
+
+impl Around {
+    pub const NOTHING: Self = Self { bounds: Extent::EMPTY, centers: Extent::EMPTY };
+
+    /// And one more.
+    #[inline(always)]
+    pub fn and(self, item: Extent) -> Self {
+        Self { bounds: self.bounds.around(item), centers: self.centers.around(Extent::point(item.center())) }
     }
-    nodes[0] = bounds.tagged(first, items.len() as u32);
-    let at = match items.len() {
+}
+
+/// `around` the items need know of the middles only where there are more than [`FEW`].
+fn split<const BINS: usize, const HALF: usize>(
+    items: &mut [Extent],
+    nodes: &mut [Extent],
+    first: u32,
+    around: Around,
+) {
+    nodes[0] = around.bounds.tagged(first, items.len() as u32);
+    let (at, sides) = match items.len() {
         1 => return,
-        2 => 1,
-        few if few <= FEW => partition::<HALF>(items, &centers),
-        _ => partition::<BINS>(items, &centers),
+        2 => {
+            // Both children are leaves.
+            nodes[1] = items[0].tagged(first, 1);
+            nodes[2] = items[1].tagged(first + 1, 1);
+            return;
+        }
+        3 => exhausted::<3>(items),
+        4 => exhausted::<4>(items),
+        few if few <= FEW => swept(items),
+        few if few <= HALF_BINS_TO => binned::<HALF>(items, &around.centers),
+        _ => binned::<BINS>(items, &around.centers),
     };
     let parallel = items.len() > PARALLEL_OVER;
     let (left, right) = items.split_at_mut(at);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * at - 1);
     let second = first + at as u32;
+    let mut left = || split::<BINS, HALF>(left, left_nodes, first, sides[0]);
+    let mut right = || split::<BINS, HALF>(right, right_nodes, second, sides[1]);
     if parallel {
-        rayon::join(
-            || split::<BINS, HALF>(left, left_nodes, first),
-            || split::<BINS, HALF>(right, right_nodes, second),
-        );
+        rayon::join(left, right);
     } else {
-        split::<BINS, HALF>(left, left_nodes, first);
-        split::<BINS, HALF>(right, right_nodes, second);
+        left();
+        right();
     }
 }
 
-/// The bin of an item along each axis.
-#[derive(Debug, Clone, Copy)]
-struct Places {
-    low: f32x4,
-    scale: f32x4,
-    last: f32x4,
-}
-
-impl Places {
-    fn new<const BINS: usize>(centers: &Extent) -> Self {
-        let [low, negated] = centers.halves();
-        let width = -(low + negated);
-        let scale = width.to_array().map(|width| {
-            let scale = BINS as f32 / width;
-            if scale.is_finite() && scale > 0.0 { scale } else { 0.0 }
-        });
-        Self { low, scale: f32x4::new(scale), last: f32x4::splat((BINS - 1) as f32) }
-    }
-
-    #[inline(always)]
-    fn of(&self, item: &Extent) -> [i32; 4] {
-        ((item.center() - self.low) * self.scale).fast_min(self.last).fast_trunc_int().to_array()
-    }
-}
-
-/// Sorts items into two sides, neither empty, and says where the second begins.
-fn partition<const BINS: usize>(items: &mut [Extent], centers: &Extent) -> usize {
-    let places = Places::new::<BINS>(centers);
-    let mut bins = [[Extent::EMPTY; BINS]; 3];
-    let mut costs = [[0.0f32; BINS]; 3];
-    for item in items.iter() {
-        let place = places.of(item);
-        let cost = f32::from_bits(item.tags().1);
-        for axis in 0..3 {
-            let k = place[axis] as usize % BINS;
-            bins[axis][k] = bins[axis][k].around(*item);
-            costs[axis][k] += cost;
-        }
-    }
-    let mut best = (f32::INFINITY, 0, 0); // (cost, axis, first bin of the right side)
-    for axis in 0..3 {
-        let (bins, costs) = (&bins[axis], &costs[axis]);
-        // Costs of the right sides from the end, then a sweep from the left. An empty side costs NaN.
-        let mut right = [0.0; BINS];
-        let (mut bounds, mut cost) = (Extent::EMPTY, 0.0);
-        for k in (1..BINS).rev() {
-            (bounds, cost) = (bounds.around(bins[k]), cost + costs[k]);
-            right[k] = bounds.half_area() * cost;
-        }
-        let (mut bounds, mut cost) = (Extent::EMPTY, 0.0);
-        for k in 1..BINS {
-            (bounds, cost) = (bounds.around(bins[k - 1]), cost + costs[k - 1]);
-            let both = bounds.half_area() * cost + right[k];
-            if both < best.0 {
-                best = (both, axis, k);
-            }
-        }
-    }
-    let (_, axis, first_right) = best;
-    // Without a branch that could be guessed wrong: every item goes to the end of the left side, which grows or not.
-    let mut at = 0;
-    for k in 0..items.len() {
-        let item = items[k];
-        items.swap(k, at);
-        at += usize::from((places.of(&item)[axis] as usize) < first_right);
-    }
-    // All middles coincide: no plane parts them, so part them by number.
-    if at == 0 || at == items.len() { items.len() / 2 } else { at }
-}
+/// Nodes of at most so many items make do with half as many bins.
+const HALF_BINS_TO: usize = 32;

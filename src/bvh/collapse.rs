@@ -3,8 +3,8 @@
 //! GPUs through compressed wide BVHs, section 3.1).
 
 use super::binary::{Binary, Extent, PARALLEL_OVER};
-use crate::lane::LANES;
-use smallvec::SmallVec;
+use super::items::Tag;
+use crate::lane::{LANES, Lane, f32x8};
 
 /// A leaf never holds more.
 pub(super) const MAX_LEAF: usize = 8;
@@ -32,7 +32,7 @@ pub(super) fn plan(tree: &Binary) -> Vec<Plan> {
 fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     let (area, count) = (nodes[0].half_area(), items.len());
     let leaf = if count <= MAX_LEAF {
-        let tests: f32 = items.iter().map(|item| f32::from_bits(item.tags().1)).sum();
+        let tests: f32 = items.iter().map(|item| Tag::of(item).cost()).sum();
         (tests + LEAF_COST) * area
     } else {
         f32::INFINITY
@@ -49,17 +49,17 @@ fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     let mut right = || weigh(right_nodes, right_items, right_plans);
     let (left, right) = if count > PARALLEL_OVER { rayon::join(left, right) } else { (left(), right()) };
 
-    let (mut costs, mut firsts) = ([0.0; LANES], [0; LANES]);
-    for trees in 2..=LANES {
-        let (mut least, mut first) = (f32::INFINITY, 1);
-        for k in 1..trees {
-            let cost = left[k - 1] + right[trees - k - 1];
-            if cost < least {
-                (least, first) = (cost, k as u8);
-            }
-        }
-        (costs[trees - 1], firsts[trees - 1]) = (least, first);
+    // For two trees up to eight at once: with k of them from the first child, the second gives as many less.
+    let (none, mut shifted) = (f32x8::splat(f32::INFINITY), [f32::INFINITY; 2 * LANES]);
+    shifted[LANES..].copy_from_slice(&right);
+    let (mut least, mut first) = (none, f32x8::splat(1.0));
+    for k in 1..LANES {
+        let rest: [f32; LANES] = std::array::from_fn(|trees| shifted[LANES - k + trees]);
+        let cost = f32x8::splat(left[k - 1]) + f32x8::new(rest);
+        let less = cost.lt(least);
+        (least, first) = (least.fast_min(cost), less.select(f32x8::splat(k as f32), first));
     }
+    let (mut costs, mut firsts) = (least.to_array(), first.to_array().map(|k| k as u8));
     let node = costs[LANES - 1] + STEP_COST * area;
     (costs[0], firsts[0]) = if leaf <= node { (leaf, 0) } else { (node, 1) };
     for trees in 2..LANES {
@@ -72,25 +72,28 @@ fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     costs
 }
 
-/// The nodes that become children of node `at`, which is not a leaf.
-pub(super) fn children(tree: &Binary, plans: &[Plan], at: usize) -> SmallVec<[usize; LANES]> {
-    let mut children = SmallVec::new();
-    let mut waiting: SmallVec<[(usize, usize); LANES]> = SmallVec::new();
-    waiting.push((at, LANES));
-    while let Some((at, mut trees)) = waiting.pop() {
+/// The nodes that become children of node `at`, which is not a leaf, and how many they are.
+pub(super) fn children(tree: &Binary, plans: &[Plan], at: usize) -> ([usize; LANES], usize) {
+    let (mut children, mut count) = ([0; LANES], 0);
+    let (mut waiting, mut left) = ([(at, LANES); LANES], 1);
+    while left > 0 {
+        left -= 1;
+        let (at, mut trees) = waiting[left];
         let mut first = usize::from(plans[at].0[trees - 1]);
         while trees > 1 && first == 0 {
             trees -= 1;
             first = usize::from(plans[at].0[trees - 1]);
         }
         if trees == 1 {
-            children.push(at);
+            children[count] = at;
+            count += 1;
         } else {
-            waiting.push((tree.second(at), trees - first));
-            waiting.push((at + 1, first));
+            waiting[left] = (tree.second(at), trees - first);
+            waiting[left + 1] = (at + 1, first);
+            left += 2;
         }
     }
-    children
+    (children, count)
 }
 
 /// True if node `at` becomes a leaf.

@@ -5,9 +5,12 @@
 mod binary;
 mod build;
 mod collapse;
+mod emit;
+mod items;
 mod node;
 mod occupancy;
 mod packet;
+mod part;
 mod reinsert;
 mod small;
 mod walk;
@@ -15,7 +18,8 @@ mod walk;
 #[cfg(test)]
 mod tests;
 
-pub use build::{Item, Preset, build};
+pub use build::{Preset, build};
+pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;

@@ -1,35 +1,38 @@
 //! From one pass's columns to a compiled scene: the tree over what has bounds, rows in the order of its leaves, and a
 //! number for every surface.
 
-use super::{COMPOSITE, Columns, Compiled, Flat, Kind, PART, build_tree, item};
-use crate::bvh::{Item, Preset, Run};
-use crate::kernel::Aabb;
+use super::{COMPOSITE, Columns, Compiled, Flat, Kind, PART, Tag, WithBlock};
+use crate::bvh::{Item, Items, Preset, Run, build};
+use crate::kernel::{Aabb, Block};
 use crate::lane::Scalar;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// The middle of what is finite in the scene that `flat` was made of, or zero if that is not far off.
-pub(super) fn middle<S: Scalar>(scene: &Scene, flat: &Flat<S>) -> DVec3 {
-    let mut bounds = Aabb::EMPTY;
-    for &kind in Kind::ALL {
-        for row in 0..flat.columns.len(kind) {
-            let b = flat.columns.bounds(kind, row);
-            if b.is_finite() {
-                bounds = bounds.union(b);
-            }
-        }
+/// Around what has finite bounds.
+pub(super) fn whole<S: Scalar>(flat: &Flat<S>) -> Aabb {
+    let columns = Kind::ALL.iter().map(|&kind| flat.columns.with(kind as u8, Whole));
+    let composites = flat.csg.composites.iter().map(|composite| composite.bounds).filter(Aabb::is_finite);
+    columns.chain(composites).fold(Aabb::EMPTY, Aabb::union)
+}
+
+/// Around the rows of a block that have finite bounds.
+struct Whole;
+
+impl<S: Scalar> WithBlock<S> for Whole {
+    type Output = Aabb;
+    fn block<B: Block<S>>(self, block: &B) -> Aabb {
+        (0..block.len()).map(|row| block.bounds(row)).filter(Aabb::is_finite).fold(Aabb::EMPTY, Aabb::union)
     }
-    for composite in &flat.csg.composites {
-        if composite.bounds.is_finite() {
-            bounds = bounds.union(composite.bounds);
-        }
-    }
-    if !bounds.is_finite() {
+}
+
+/// The middle of what is finite in the scene, which `whole` lies around, or zero if that is not far off.
+pub(super) fn middle(scene: &Scene, whole: Aabb) -> DVec3 {
+    if !whole.is_finite() {
         return scene.camera.location;
     }
     // Around the world's origin nothing is gained, and what was given in single precision would be rounded again.
-    let center = bounds.center();
-    if center.length() > (bounds.max - bounds.min).length() { center } else { DVec3::ZERO }
+    let center = whole.center();
+    if center.length() > (whole.max - whole.min).length() { center } else { DVec3::ZERO }
 }
 
 /// Builds the tree, puts rows in leaf order and numbers the surfaces.
@@ -37,12 +40,14 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     scene: &Scene,
     origin: DVec3,
     flat: Flat<S>,
+    whole: Aabb,
     preset: Preset,
 ) -> Compiled<S, B> {
-    let (mut items, loose) = gather(&flat);
-    let together = stays_together(&items);
-    cut_long(&flat.columns, &mut items, preset);
-    let (mut bvh, mut order) = build_tree::<B>(&items, preset);
+    let Gathered { mut items, loose, together } = gather(&flat, whole);
+    cut_long(&flat.columns, &mut items, preset, whole);
+    let mut rows: Vec<usize> = Kind::ALL.iter().map(|&kind| flat.columns.len(kind)).collect();
+    rows.push(flat.csg.composites.len());
+    let (mut bvh, mut order) = build::<B>(items, &rows, preset);
     bvh.together = together;
     let unbounded = place_loose(&flat, &loose, &mut order);
     let classes = unbounded.iter().fold(bvh.classes, |classes, run| classes | run.class);
@@ -54,8 +59,14 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         kinds.resize(owner.len() + columns.len(kind), kind as u8);
         let order = &order[kind as usize];
         columns.permute(kind, order);
-        owner.extend(order.iter().map(|&row| plain[kind as usize][row as usize].owner));
-        rank.extend(order.iter().map(|&row| plain[kind as usize][row as usize].rank));
+        let tags = &plain[kind as usize];
+        owner.reserve(order.len());
+        rank.reserve(order.len());
+        for &row in order {
+            let tag = tags[row as usize];
+            owner.push(tag.owner);
+            rank.push(tag.rank);
+        }
     }
     let first_part = owner.len() as u32;
     owner.extend(part_tags.iter().map(|tag| tag.owner));
@@ -95,38 +106,68 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     }
 }
 
-/// What goes into the tree, and by kind the rows that have no bounds.
-fn gather<S: Scalar>(flat: &Flat<S>) -> (Vec<Item>, Vec<Vec<u32>>) {
+/// What there is to be put together.
+struct Gathered {
+    /// What goes into the tree.
+    items: Items,
+    /// By kind: the rows that have no bounds.
+    loose: Vec<Vec<u32>>,
+    /// Most of what the leaves cost is in tests that one ray takes no less time for than eight.
+    together: bool,
+}
+
+fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
     let Flat { columns, csg, plain, composites, .. } = flat;
-    let mut items = Vec::new();
+    let rows = Kind::ALL.iter().map(|&kind| columns.len(kind)).sum::<usize>();
+    let mut items = Items::within(whole, rows + composites.len());
     let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(COMPOSITE) + 1];
+    let mut costs = [0.0; 2]; // Of tests of one row at a time, and of several.
     for &kind in Kind::ALL {
-        for (row, tag) in plain[kind as usize].iter().enumerate() {
-            let bounds = columns.bounds(kind, row);
-            if bounds.is_finite() {
-                items.push(item(kind as u8, row, bounds, tag.class, kind.cost()));
-            } else {
-                loose[kind as usize].push(row as u32);
-            }
-        }
+        let (tags, loose) = (&plain[kind as usize], &mut loose[kind as usize]);
+        let before = items.len();
+        columns.with(kind as u8, Gather { items: &mut items, loose, kind, tags });
+        costs[usize::from(kind.tests_across())] += (items.len() - before) as f64 * f64::from(kind.cost());
     }
-    for (number, tag) in composites.iter().enumerate() {
-        let composite = &csg.composites[number];
+    for (number, (tag, composite)) in composites.iter().zip(&csg.composites).enumerate() {
         if composite.bounds.min.cmpgt(composite.bounds.max).any() {
             continue; // Its parts nowhere meet.
         }
         if composite.bounds.is_finite() {
-            let cost = composite
-                .parts
-                .clone()
-                .map(|p| Kind::ALL[usize::from(csg.parts[p as usize].kind)].cost())
-                .sum();
-            items.push(item(COMPOSITE, number, composite.bounds, tag.class, cost));
+            let parts = composite.parts.clone();
+            let cost = parts.map(|p| Kind::ALL[usize::from(csg.parts[p as usize].kind)].cost()).sum();
+            let (bounds, class) = (composite.bounds, tag.class);
+            items.push(&Item { bounds, kind: COMPOSITE, class, index: number as u32, cost });
+            costs[0] += f64::from(cost);
         } else {
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
-    (items, loose)
+    Gathered { items, loose, together: costs[0] > costs[1] }
+}
+
+/// Puts a block's rows into the items, or among those without bounds.
+struct Gather<'a> {
+    items: &'a mut Items,
+    loose: &'a mut Vec<u32>,
+    kind: Kind,
+    /// By row.
+    tags: &'a [Tag],
+}
+
+impl<S: Scalar> WithBlock<S> for Gather<'_> {
+    type Output = ();
+    fn block<B: Block<S>>(self, block: &B) {
+        let Self { items, loose, kind, tags } = self;
+        let cost = kind.cost();
+        for (row, tag) in tags.iter().enumerate() {
+            let (bounds, index) = (block.bounds(row), row as u32);
+            if bounds.is_finite() {
+                items.push(&Item { bounds, kind: kind as u8, class: tag.class, index, cost });
+            } else {
+                loose.push(index);
+            }
+        }
+    }
 }
 
 /// Puts the rows without bounds behind the others in `order`: the runs they make.
@@ -145,16 +186,6 @@ fn place_loose<S: Scalar>(flat: &Flat<S>, loose: &[Vec<u32>], order: &mut [Vec<u
     unbounded
 }
 
-/// True if most of what the leaves cost is in tests that one ray takes no less time for than eight.
-fn stays_together(items: &[Item]) -> bool {
-    let costs = items.iter().fold([0.0; 2], |mut costs: [f64; 2], item| {
-        let across = Kind::ALL.get(usize::from(item.kind)).is_some_and(|kind| kind.tests_across());
-        costs[usize::from(across)] += f64::from(item.cost);
-        costs
-    });
-    costs[0] > costs[1]
-}
-
 /// A triangle's pieces are not cut further where they are smaller than so many of the items' even shares of the whole.
 /// (Of 100,000 long triangles in a heap, with 32, 64, 128, 256: SAH 416, 337, 414, 533, and 949 uncut.)
 const CUT_OVER: f64 = 64.0;
@@ -164,21 +195,21 @@ const MEAN_PIECES: usize = 8;
 
 /// Puts long slanting triangles into the tree piece by piece (Ernst and Greiner 2007, Early split clipping for bounding
 /// volume hierarchies): their boxes are mostly empty. The row stays one, and leaves share it.
-fn cut_long<S: Scalar>(columns: &Columns<S>, items: &mut Vec<Item>, preset: Preset) {
+fn cut_long<S: Scalar>(columns: &Columns<S>, items: &mut Items, preset: Preset, whole: Aabb) {
     if preset == Preset::Fast {
         return;
     }
-    let whole = items.iter().fold(Aabb::EMPTY, |whole, item| whole.union(item.bounds));
     let mut least = CUT_OVER * whole.half_area() / items.len() as f64;
     let mut pieces: Vec<(usize, Vec<Aabb>)> = Vec::new();
     loop {
         let mut count = 0;
-        for (number, item) in items.iter().enumerate() {
-            let kind = Kind::ALL.get(usize::from(item.kind));
+        for number in 0..items.len() {
+            let (kind, row, half_area) = items.at(number);
+            let kind = Kind::ALL.get(usize::from(kind));
             let Some(&kind @ (Kind::Triangle | Kind::SmoothTriangle)) = kind else { continue };
-            if item.bounds.half_area() > least {
+            if half_area > least {
                 let mut boxes = Vec::new();
-                columns.pieces(kind, item.index as usize, least, MOST_PIECES, &mut boxes);
+                columns.pieces(kind, row as usize, least, MOST_PIECES, &mut boxes);
                 count += boxes.len();
                 pieces.push((number, boxes));
             }
@@ -190,8 +221,6 @@ fn cut_long<S: Scalar>(columns: &Columns<S>, items: &mut Vec<Item>, preset: Pres
         pieces.clear();
     }
     for (number, boxes) in pieces {
-        let item = items[number];
-        items[number].bounds = boxes[0];
-        items.extend(boxes[1..].iter().map(|&bounds| Item { bounds, ..item }));
+        items.cut(number, &boxes);
     }
 }

@@ -1,6 +1,6 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
-use super::shapes::{push, push_mesh};
+use super::shapes::{push, push_mesh, smooth_triangles};
 use super::{Columns, Flat, Kind, Owner, Tag, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::Aabb;
@@ -179,6 +179,9 @@ impl<S: Scalar> Pass<S> {
             Shape::Mesh(mesh) => {
                 let tags = self.mesh_tags(mesh, &handed);
                 let place = handed.place.then(&self.to_compiled);
+                let smooth = smooth_triangles(mesh);
+                self.plain[Kind::Triangle as usize].reserve(tags.len() - smooth);
+                self.plain[Kind::SmoothTriangle as usize].reserve(smooth);
                 push_mesh(&mut self.columns, mesh, &place, |kind, _, triangle| {
                     self.plain[kind as usize].push(tags[triangle]);
                 });

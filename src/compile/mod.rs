@@ -12,7 +12,7 @@ mod shapes;
 pub use columns::{Columns, Kind, WithBlock};
 pub use owner::{Owner, class};
 
-use crate::bvh::{Bvh, Item, Preset, Run, build};
+use crate::bvh::{Bvh, Preset, Run};
 use crate::csg::CsgTree;
 use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
@@ -86,12 +86,16 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// The same with a tree that took more or less time to build.
     pub fn with(scene: &Scene, preset: Preset) -> Self {
         let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO));
-        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && assemble::middle(scene, &flat) != DVec3::ZERO {
+        let mut whole = assemble::whole(&flat);
+        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && assemble::middle(scene, whole) != DVec3::ZERO {
             // Its columns have lost digits: once more, from the middle that double precision finds.
-            origin = assemble::middle(scene, &flatten::flatten::<f64>(scene, DVec3::ZERO));
+            let exact = flatten::flatten::<f64>(scene, DVec3::ZERO);
+            origin = assemble::middle(scene, assemble::whole(&exact));
+            drop(exact);
             flat = flatten::flatten::<S>(scene, origin);
+            whole = assemble::whole(&flat);
         }
-        assemble::assemble(scene, origin, flat, preset)
+        assemble::assemble(scene, origin, flat, whole, preset)
     }
 
     /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
@@ -134,13 +138,4 @@ struct Tag {
     owner: u32,
     rank: u32,
     class: u8,
-}
-
-/// Puts a row into the tree's items, or among the unbounded.
-fn item(kind: u8, index: usize, bounds: crate::kernel::Aabb, class: u8, cost: f32) -> Item {
-    Item { bounds, kind, class, index: index as u32, cost }
-}
-
-fn build_tree<B: Scalar>(items: &[Item], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
-    build(items, usize::from(COMPOSITE) + 1, preset)
 }

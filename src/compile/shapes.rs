@@ -107,6 +107,9 @@ pub(super) fn push_mesh<S: Scalar>(
     shrink(&mut normals);
     // A mesh's triangles keep their fronts in a mirror image; those by themselves do not (measured in POV-Ray 3.7).
     let mirrors = place.forward.matrix3.determinant() < 0.0;
+    let smooth = smooth_triangles(mesh);
+    columns.triangles.reserve(mesh.triangles.len() - smooth);
+    columns.smooth_triangles.reserve(smooth);
     for (number, triangle) in mesh.triangles.iter().enumerate() {
         let corners = triangle.vertices.map(|v| vertices[v as usize]);
         match triangle.normals {
@@ -124,6 +127,11 @@ pub(super) fn push_mesh<S: Scalar>(
             }
         }
     }
+}
+
+/// How many of a mesh's triangles have normals of their own.
+pub(super) fn smooth_triangles(mesh: &Mesh) -> usize {
+    mesh.triangles.iter().filter(|triangle| triangle.normals.is_some()).count()
 }
 
 /// A normal on the side of a polygon's first corner that has an area: POV-Ray's front.

@@ -98,6 +98,11 @@ impl<L: Lane> Corners<L> {
 }
 
 impl<S: Scalar> Triangles<S> {
+    /// Makes room for `count` more rows.
+    pub fn reserve(&mut self, count: usize) {
+        self.fours.reserve((self.len + count).div_ceil(4) - self.fours.len());
+    }
+
     /// Adds a row, rounded to the columns' precision. Corners that triangles share must be given the same bits.
     ///
     /// A triangle of no area is never hit.
@@ -320,7 +325,13 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 
     /// Exact: the corners themselves.
     fn bounds(&self, i: usize) -> Aabb {
-        Aabb::of(self.corners_of(i))
+        let Four(columns) = &self.fours[i / 4];
+        let [a, b, c] = [0, 3, 6].map(|k| [0, 1, 2].map(|axis| columns[k + axis][i % 4]));
+        let less = |a: S, b: S| if b < a { b } else { a };
+        let more = |a: S, b: S| if b > a { b } else { a };
+        let corner =
+            |pick: fn(S, S) -> S| DVec3::from_array([0, 1, 2].map(|k| pick(pick(a[k], b[k]), c[k]).to_f64()));
+        Aabb { min: corner(less), max: corner(more) }
     }
 
     fn pieces(&self, i: usize, least: f64, most: usize, out: &mut Vec<Aabb>) {
@@ -337,6 +348,12 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 }
 
 impl<S: Scalar> SmoothTriangles<S> {
+    /// Makes room for `count` more rows.
+    pub fn reserve(&mut self, count: usize) {
+        self.flat.reserve(count);
+        self.shading.iter_mut().for_each(|column| column.reserve(count));
+    }
+
     /// Adds a row, as for flat triangles; `normals` are one a corner, about unit length; a longer one weighs more.
     pub fn push(&mut self, corners: [DVec3; 3], normals: [DVec3; 3]) {
         self.flat.push(corners);

@@ -1,0 +1,147 @@
+//! What goes into a tree: boxes in single precision, rounded outward as those of the finished tree are, in coordinates
+//! scaled by a power of two: a scene scaled by one gives the same tree, and none is too large or too small.
+
+use super::binary::Extent;
+use crate::kernel::Aabb;
+use glam::DVec3;
+
+/// One primitive to be put in the tree.
+#[derive(Debug, Clone, Copy)]
+pub struct Item {
+    /// Finite.
+    pub bounds: Aabb,
+    /// Which columns it is a row of.
+    pub kind: u8,
+    /// Bits for [`Run::class`](super::Run::class).
+    pub class: u8,
+    /// Its row.
+    pub index: u32,
+    /// What a test of it against a packet costs, in box tests of a packet; kept to eight bits of mantissa.
+    pub cost: f32,
+}
+
+/// Primitives of one tree: 32 bytes each.
+#[derive(Debug, Clone)]
+pub struct Items {
+    /// Around all of them.
+    pub(super) bounds: Aabb,
+    /// Subtracted from coordinates: zero unless the middle of `bounds` is further off than they are wide; near the origin
+    /// nothing is gained by moving it.
+    pub(super) origin: DVec3,
+    /// One of the extents' coordinates in scene units: a power of two.
+    pub(super) unit: f64,
+    /// With [`Tag`]s.
+    pub(super) extents: Vec<Extent>,
+    /// Some rows are in it piece by piece.
+    pub(super) shared: bool,
+}
+
+impl Items {
+    /// None yet, room for `capacity`. `bounds` must hold all that will come.
+    pub fn within(bounds: Aabb, capacity: usize) -> Self {
+        let (center, diagonal) = (bounds.center(), bounds.max - bounds.min);
+        let far = center.is_finite() && center.length() > diagonal.length();
+        let origin = if far { center } else { DVec3::ZERO };
+        let reach = (bounds.min - origin).abs().max((bounds.max - origin).abs());
+        let unit = power_of_two_over(reach.max_element());
+        Self { bounds, origin, unit, extents: Vec::with_capacity(capacity), shared: false }
+    }
+
+    /// Adds one.
+    #[inline(always)]
+    pub fn push(&mut self, item: &Item) {
+        let tag = Tag::new(item);
+        self.extents.push(self.extent(item.bounds, tag));
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.extents.len()
+    }
+
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.extents.is_empty()
+    }
+
+    /// Kind, row and half the surface (square scene units) of number `number`.
+    pub fn at(&self, number: usize) -> (u8, u32, f64) {
+        let extent = &self.extents[number];
+        let tag = Tag::of(extent);
+        (tag.kind(), tag.row, f64::from(extent.half_area()) * self.unit * self.unit)
+    }
+
+    /// Puts boxes that together hold it in the place of number `number`'s own. Its row stays one, and leaves share it.
+    pub fn cut(&mut self, number: usize, pieces: &[Aabb]) {
+        let tag = Tag::of(&self.extents[number]);
+        let mut pieces = pieces.iter().map(|&piece| self.extent(piece, tag)).collect::<Vec<_>>().into_iter();
+        if let Some(first) = pieces.next() {
+            self.extents[number] = first;
+        }
+        self.shared |= pieces.len() > 0;
+        self.extents.extend(pieces);
+    }
+
+    #[inline(always)]
+    fn extent(&self, bounds: Aabb, tag: Tag) -> Extent {
+        let scale = 1.0 / self.unit;
+        let low = ((bounds.min - self.origin) * scale).to_array().map(down);
+        let high = ((bounds.max - self.origin) * scale).to_array().map(|x| -down(-x));
+        Extent::new(low, high).tagged(tag.row, tag.what)
+    }
+}
+
+/// The two numbers in an item's extent.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tag {
+    pub row: u32,
+    /// The upper half of its cost's bits, then class, then kind.
+    what: u32,
+}
+
+impl Tag {
+    const COST: u32 = 0xffff_0000;
+
+    fn new(item: &Item) -> Self {
+        let cost = item.cost.to_bits().saturating_add(1 << 15) & Self::COST;
+        Self { row: item.index, what: cost | u32::from(item.class) << 8 | u32::from(item.kind) }
+    }
+
+    #[inline(always)]
+    pub fn of(extent: &Extent) -> Self {
+        let (row, what) = extent.tags();
+        Self { row, what }
+    }
+
+    pub fn kind(self) -> u8 {
+        self.what as u8
+    }
+
+    pub fn class(self) -> u8 {
+        (self.what >> 8) as u8
+    }
+
+    #[inline(always)]
+    pub fn cost(self) -> f32 {
+        f32::from_bits(self.what & Self::COST)
+    }
+
+    /// In the order of kind, class and row.
+    #[inline(always)]
+    pub fn key(self) -> u64 {
+        u64::from(self.kind()) << 40 | u64::from(self.class()) << 32 | u64::from(self.row)
+    }
+}
+
+/// The least power of two that is not less than `x`, within what can be divided by.
+fn power_of_two_over(x: f64) -> f64 {
+    let least = f64::MIN_POSITIVE * 16.0;
+    x.log2().ceil().exp2().clamp(least, 1.0 / least)
+}
+
+/// The next number in single precision that is not greater.
+#[inline(always)]
+fn down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
