@@ -47,6 +47,16 @@ impl<S: Scalar> Block<S> for Boxes<S> {
         }
     }
 
+    /// Lanes that start on the face of the first of them, and go outward from it.
+    #[inline(always)]
+    fn left_behind(&self, _i: usize, rays: &Rays<S::Lane>, left: &Left<S::Lane>) -> u8 {
+        let part = left.part[left.on.bits().trailing_zeros() as usize & (LANES - 1)];
+        let dir = [rays.dir.x, rays.dir.y, rays.dir.z][usize::from(part >> 1) % 3];
+        let zero = S::Lane::zero();
+        let outward = if part & 1 == 1 { dir.gt(zero) } else { dir.lt(zero) };
+        (left.on_part(part) & outward).bits()
+    }
+
     fn resolve(
         &self,
         index: &[u32; LANES],

@@ -64,11 +64,12 @@ impl<L: Lane> Left<L> {
     /// The lanes that start on part `part` of the primitive.
     #[inline(always)]
     pub fn on_part(&self, part: u8) -> Mask<L> {
-        let mut bits = 0;
-        for k in 0..LANES {
-            bits |= u8::from(self.part[k] == part) << k;
-        }
-        self.on & Mask::from_bits(bits)
+        // All eight bytes at once: the top bit of each that differs, then the others' bits side by side.
+        let differ = u64::from_le_bytes(self.part) ^ (u64::from(part) * (u64::MAX / 0xff));
+        let low = u64::MAX / 0xff * 0x7f;
+        let same = !(((differ & low) + low) | differ) & !low;
+        let bits = (same >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        self.on & Mask::from_bits(bits as u8)
     }
 }
 
@@ -142,6 +143,13 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         self.roots(first, rays, left)
     }
 
+    /// Lanes of `left.on` that leave primitive `i`, which is convex, for good: none of their crossings lies ahead. Only
+    /// lanes for which that is cheap to say.
+    #[inline(always)]
+    fn left_behind(&self, _i: usize, _rays: &Rays<S::Lane>, _left: &Left<S::Lane>) -> u8 {
+        0
+    }
+
     /// Where eight rays change between outside and inside of primitive `i`, in the form of [`Block::roots`].
     ///
     /// The crossings themselves, except where a shape's surface is not all of its boundary: open cones and cylinders
@@ -195,4 +203,22 @@ pub(crate) fn gather<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
         return S::Lane::splat(column[index[0] as usize]);
     }
     S::Lane::from_fn(|k| column[index[k] as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::f64x8;
+
+    #[test]
+    fn lanes_on_a_part_are_those_that_say_so() {
+        for part in [[0, 1, 2, 3, 4, 5, 6, 7], [3; LANES], [0, 3, 0x83, 255, 128, 3, 2, 3]] {
+            let left = Left::<f64x8> { on: Mask::from_bits(0b1011_1111), part };
+            for wanted in [0, 3, 6, 7, 128, 255] {
+                let bits =
+                    (0..LANES).filter(|&k| k != 6 && part[k] == wanted).fold(0, |bits, k| bits | 1 << k);
+                assert_eq!(left.on_part(wanted).bits(), bits, "{part:?} {wanted}");
+            }
+        }
+    }
 }

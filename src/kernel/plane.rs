@@ -57,6 +57,12 @@ impl<S: Scalar> Block<S> for Planes<S> {
         half_space_at_start(normal.dot(rays.origin - foot), normal.dot(rays.dir))
     }
 
+    /// All: a plane is met once.
+    #[inline(always)]
+    fn left_behind(&self, _i: usize, _rays: &Rays<S::Lane>, left: &Left<S::Lane>) -> u8 {
+        left.on.bits()
+    }
+
     fn resolve(
         &self,
         index: &[u32; LANES],

@@ -240,13 +240,12 @@ impl<P: Packet> Queue<P> {
             open.set_lanes(filled << 1 | 1);
             if to + 1 == LANES {
                 // Ready packets come before the one that is being taken apart.
-                let full = *open;
-                open.set_lanes(0);
                 if self.packets.len() == self.ready + 1 {
-                    self.packets.push(full);
+                    self.packets.push(P::default());
                 }
                 self.packets[self.ready + 1] = self.packets[self.ready];
-                self.packets[self.ready] = full;
+                self.packets[self.ready] = *open;
+                open.set_lanes(0);
                 self.octants.push(octant);
                 self.ready += 1;
             }

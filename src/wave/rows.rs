@@ -179,14 +179,16 @@ impl Rows<'_> {
         let mut changed = 0;
         for row in run.first..run.first + run.len {
             let surface = base + row;
-            let roots = if starts_here {
-                let left = Left { on: Mask::from_bits(query.lanes_on(surface)), part: query.part };
-                block.roots_seen(row as usize, &query.rays, view, Some(&left))
-            } else {
-                block.roots_seen(row as usize, &query.rays, view, None)
-            };
+            let on = if starts_here { query.lanes_on(surface) & lanes } else { 0 };
+            let left = Left { on: Mask::from_bits(on), part: query.part };
+            let gone = if on != 0 { block.left_behind(row as usize, &query.rays, &left) } else { 0 };
+            if lanes & !gone == 0 {
+                continue;
+            }
+            let left = (on & !gone != 0).then_some(&left);
+            let roots = block.roots_seen(row as usize, &query.rays, view, left);
             count.leaf(lanes.count_ones());
-            changed |= accept(query, roots.as_ref(), surface, lanes, rank);
+            changed |= accept(query, roots.as_ref(), surface, lanes & !gone, rank);
             if any && changed == lanes {
                 break;
             }
