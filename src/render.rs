@@ -264,7 +264,7 @@ fn count(object: &Arc<Object>, counts: &mut Counts, known: &mut FxHashMap<*const
     };
     let (kind, many) = kind_and_count(&object.shape);
     let children = if let Shape::Csg { children, .. } = &object.shape { &children[..] } else { &[] };
-    let mut parts = children.iter().chain(&object.clipped_by).peekable();
+    let mut parts = children.iter().chain(object.clipped_by()).peekable();
     if parts.peek().is_none() {
         return add(counts, kind, many);
     }

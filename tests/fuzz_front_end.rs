@@ -4,9 +4,12 @@
 //! spliced and overwritten, and plain noise. `OCTRAY_FUZZ_SECONDS` is the budget (default 3), `OCTRAY_FUZZ_SEED` picks
 //! the sequence, `OCTRAY_FUZZ_FOLDER` is where each input is written before it is run (default: the folder for temporary
 //! files): a stack overflow or an abort leaves its input behind, as `octray-fuzz-<process>.scn`. Every input is evaluated as
-//! `octray check` would, its diagnostics are shown in both forms, and its shapes are counted.
+//! `octray check` would, its diagnostics are shown in both forms, and its shapes are counted. Then it is included as a library's
+//! file, whose blocks wait until they are asked for, and all that it declares is asked for: without errors before, without now, and
+//! the same is said and placed.
 
-use octray::eval::{Limits, Options, from_text};
+use octray::eval::{Evaluation, Limits, Options, from_text};
+use octray::lang::{Keyword, Severity};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -200,6 +203,30 @@ fn mutated(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     text
 }
 
+/// A scene that includes a file and asks for the names it may declare.
+fn including(path: &Path, text: &str) -> String {
+    let name = |declared: &str| {
+        let declared = declared.trim_start();
+        let end = declared.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(declared.len());
+        declared[..end].to_string()
+    };
+    let macros: Vec<_> = text.split("#macro").skip(1).map(name).collect();
+    let mut names: Vec<_> = text.split("#declare").skip(1).map(name).collect();
+    names.retain(|name| !name.is_empty() && Keyword::from_text(name).is_none() && !macros.contains(name));
+    let mut scene = format!("#include \"{}\"\n", path.file_name().unwrap_or_default().display());
+    // The last ones first, so that what they need is asked for by them.
+    for name in names.iter().rev().take(50) {
+        scene += &format!("#ifdef ({name}) #local Fuzz_Asks = array[1] {{ {name} }} #end\n");
+    }
+    scene
+}
+
+/// What of an evaluation must not depend on when its blocks were read. A script that was stopped says nothing.
+fn said(found: &Evaluation) -> String {
+    let messages: String = found.messages.iter().map(|message| message.text.as_str()).collect();
+    format!("{} objects, {} lights; {messages}", found.scene.objects.len(), found.scene.lights.len())
+}
+
 /// Kilobytes that the process holds; 0 where the system does not say.
 fn resident_kb() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -243,13 +270,13 @@ fn no_text_breaks_the_front_end() {
     }
     assert!(seeds.len() > 40, "only {} scenes to begin with", seeds.len());
 
+    let folder = std::env::var_os("OCTRAY_FUZZ_FOLDER").map_or_else(std::env::temp_dir, PathBuf::from);
     let options = Options {
-        library_paths: vec!["/usr/share/povray-3.7/include".into()],
+        library_paths: vec![folder.clone(), "/usr/share/povray-3.7/include".into()],
         allow_missing: true,
         limits: Limits { steps: 1_000_000, calls: 500, memory: 256 << 20, errors: 50 },
         ..Options::default()
     };
-    let folder = std::env::var_os("OCTRAY_FUZZ_FOLDER").map_or_else(std::env::temp_dir, PathBuf::from);
     let input = folder.join(format!("octray-fuzz-{}.scn", std::process::id()));
     let under_way = Mutex::new(UnderWay { since: None, done: false });
     let mut random = Random(number("OCTRAY_FUZZ_SEED").unwrap_or(1));
@@ -272,6 +299,18 @@ fn no_text_breaks_the_front_end() {
                     diagnostic.json(&found.sources);
                 }
                 octray::render::shape_counts(&found.scene);
+                let library = from_text("fuzz.scn", &including(&input, &readable), &options);
+                library.diagnostics.iter().for_each(|d| drop(d.render(&library.sources, false)));
+                let errors: Vec<_> = library
+                    .diagnostics
+                    .iter()
+                    .filter(|d| d.severity == Severity::Error && !d.message.contains("stopped"))
+                    .map(|d| d.short(&library.sources))
+                    .collect();
+                if !found.has_errors() && std::str::from_utf8(&text).is_ok() {
+                    assert!(errors.is_empty(), "as a library: {errors:?}");
+                    assert!(library.has_errors() || said(&library) == said(&found), "{}", said(&library));
+                }
             });
             under_way.lock().unwrap().since = None;
             count += 1;

@@ -91,7 +91,7 @@ impl Handed {
         let whole = self.separable;
         let separable = whole
             && matches!(object.shape, Shape::Csg { op: CsgOp::Union, .. })
-            && object.clipped_by.is_empty()
+            && object.clipped_by().is_empty()
             && !mine.inverse;
         Self {
             place: object.transform.then(&self.place),
@@ -129,7 +129,7 @@ fn is_flat(shape: &Shape) -> bool {
 
 /// What the scene's `bounded_by` says of where an object lies that has no bounds of its own.
 fn given_bounds<S: Scalar>(object: &Object, around: &Transform) -> Aabb {
-    object.bounded_by.iter().fold(Aabb::INFINITE, |bounds, helper| {
+    object.bounded_by().iter().fold(Aabb::INFINITE, |bounds, helper| {
         let mut columns = Columns::<S>::default();
         match push(&mut columns, &helper.shape, &helper.transform.then(around)) {
             Some(kind) if !helper.flags.inverse => bounds.intersection(columns.bounds(kind, 0)),
@@ -166,7 +166,7 @@ impl<S: Scalar> Pass<S> {
     /// An object that nothing encloses but unions.
     fn object(&mut self, object: &Object, above: &Handed) {
         let handed = self.hand(object, above);
-        if !object.clipped_by.is_empty() {
+        if !object.clipped_by().is_empty() {
             return self.composite(object, above);
         }
         match &object.shape {
@@ -399,7 +399,7 @@ impl<S: Scalar> Pass<S> {
                         }
                         // A part turned inside out bounds nothing, but its surface is where it was.
                         let bounds = if inverted { Aabb::INFINITE } else { bounds };
-                        if object.clipped_by.is_empty() {
+                        if object.clipped_by().is_empty() {
                             self.csg.nodes[number as usize].interior = interior;
                             return (number, bounds);
                         }
@@ -419,10 +419,10 @@ impl<S: Scalar> Pass<S> {
         if let Shape::Csg { op: CsgOp::Difference, .. } = &object.shape {
             self.csg.nodes[number as usize].cuttable = 1;
         }
-        if !object.clipped_by.is_empty() {
+        if !object.clipped_by().is_empty() {
             let outside = Handed { separable: false, ..above.clone() };
             let mut numbers = vec![number];
-            for clip in &object.clipped_by {
+            for clip in object.clipped_by() {
                 let first = self.csg.parts.len();
                 let (clip, b) = self.node(clip, &outside, false, tags);
                 for part in &mut self.csg.parts[first..] {

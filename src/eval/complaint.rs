@@ -30,6 +30,8 @@ impl Machine<'_> {
             Token::String(_) => "a string".into(),
             Token::Vector(..) => "a vector".into(),
             Token::Rows(..) => "a list of vectors".into(),
+            Token::Block(word) => format!("`{}`", word.text()),
+            Token::Body => "the body of a macro".into(),
             _ => format!("`{}`", self.sources.text(self.span(lexeme))),
         }
     }

@@ -100,6 +100,11 @@ impl Machine<'_> {
                         self.at += 1;
                         self.call(&callee, lexeme)?;
                     }
+                    Some(Value::Later(later)) => {
+                        let later = later.clone();
+                        self.evaluate_later(&later)?;
+                        self.ready = true;
+                    }
                     _ => self.ready = true,
                 },
                 Token::End if self.frames.len() > 1 => self.leave_frame(),
@@ -249,7 +254,8 @@ impl Machine<'_> {
             }
             m.comma()?;
             m.expect(Mark::CloseParen)?;
-            m.enter_frame(callee.program, callee.body, FrameKind::Macro(callee.name), Some(at))?;
+            let (program, body) = m.body(callee)?;
+            m.enter_frame(program, body, FrameKind::Macro(callee.name), Some(at))?;
             for (param, slot) in callee.params.iter().zip(slots) {
                 m.scopes.bind_local(*param, slot);
             }

@@ -6,7 +6,7 @@
 use super::files::Found;
 use super::machine::{Lexeme, Machine, Res};
 use super::value::{Num, Value};
-use crate::lang::{Keyword, Mark, Program, Symbol, Token, read};
+use crate::lang::{Keyword, Manner, Mark, Program, Symbol, Token, read};
 use rustc_hash::FxHashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -68,6 +68,7 @@ impl Machine<'_> {
         };
         let handle = self.data_files.handles.len() as u32;
         self.data_files.handles.push(file);
+        self.before_change(symbol)?;
         self.scopes.declare(symbol, Value::File(handle));
         Ok(())
     }
@@ -166,6 +167,7 @@ impl Machine<'_> {
             };
             // The rest of the names stay as they are when the file has ended.
             let Some(value) = self.next_datum(handle)? else { continue };
+            self.before_change(symbol)?;
             match place {
                 Some(place) => {
                     self.scopes.set_at(&place, value);
@@ -212,7 +214,7 @@ impl Machine<'_> {
             return Some(text.to_string());
         }
         match self.locate(name)? {
-            Found::File(path, _) => {
+            Found::File { path, .. } => {
                 let bytes = std::fs::read(&path).ok()?;
                 self.files_read.push(path);
                 Some(String::from_utf8_lossy(&bytes).into_owned())
@@ -228,7 +230,7 @@ impl Machine<'_> {
         self.charge(text.len() * 8)?;
         let file = self.sources.add(name, None, text.into_bytes());
         let text = self.sources.file(file).text.clone();
-        match read(file, &text, &mut self.symbols) {
+        match read(file, &text, &mut self.symbols, Manner::Whole) {
             Ok(program) => Ok(Arc::new(program)),
             Err(_) => Err(self.error(format!("`{name}` is no file of values"), self.span(at))),
         }

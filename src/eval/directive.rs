@@ -39,10 +39,19 @@ impl Machine<'_> {
     /// `#declare Name = value;` with a value that has been compiled.
     fn quick_declare(&mut self, local: bool) -> Option<()> {
         let start = self.at as usize;
-        let &[Token::Name(symbol), Token::Mark(Mark::Equal)] = self.text.tokens.get(start + 1..start + 3)?
+        let &[Token::Name(symbol), Token::Mark(Mark::Equal), first] =
+            self.text.tokens.get(start + 1..start + 4)?
         else {
             return None;
         };
+        if let Token::Block(word) = first
+            && !local
+        {
+            return self.quick_block(symbol, word).then_some(());
+        }
+        if self.scopes.older_than_blocks(symbol).is_some() {
+            return None;
+        }
         let num = self.compiled_between(self.at + 3, Level::Sum, Mark::Semicolon)?;
         let value = Value::Number(num);
         match local {
@@ -123,6 +132,7 @@ impl Machine<'_> {
                         format!("there is no `{}` that could be forgotten", self.symbols.name(symbol));
                     self.warn("undef", message, self.span(self.last));
                 }
+                self.before_change(symbol)?;
                 self.scopes.undef(symbol);
                 self.optional_semicolon();
                 Ok(())
@@ -288,6 +298,7 @@ impl Machine<'_> {
         }
         self.expect(Mark::CloseParen)?;
         let value = Value::Number(Num::float(first));
+        self.before_change(symbol)?;
         match self.scopes.get(symbol) {
             Some(_) => self.scopes.declare(symbol, value),
             None => self.scopes.local(symbol, value),
@@ -304,6 +315,7 @@ impl Machine<'_> {
             Some(Value::Number(num)) => num.v[0] + step,
             _ => return Err(self.error_here("the variable of `#for` is no float any more")),
         };
+        self.before_change(symbol)?;
         self.scopes.declare(symbol, Value::Number(Num::float(value)));
         self.jump_back(body);
         self.turn(value, at.index + 1);
@@ -330,6 +342,7 @@ impl Machine<'_> {
         self.expand = expand;
         let params = params.inspect_err(|_| self.jump(end + 1))?;
         let body = self.at;
+        self.before_change(symbol)?;
         let value = Macro { name: symbol, params, program: at.program, body };
         self.scopes.declare(symbol, Value::Macro(Arc::new(value)));
         self.jump(end + 1);
@@ -398,7 +411,7 @@ impl Machine<'_> {
         }
         let depth = self.scopes.depth();
         let outer = std::mem::replace(&mut self.declare_depth, depth);
-        let value = self.expect(Mark::Equal).and_then(|_| self.rvalue());
+        let value = self.expect(Mark::Equal).and_then(|_| self.right_side(symbol));
         self.leave_ended_macros();
         self.declare_depth = outer;
         let value = match value {
@@ -406,7 +419,7 @@ impl Machine<'_> {
             Err(stop) => {
                 // Whoever uses the name later should not be told again.
                 if element.is_none() && !matches!(stop, Stop::Halt(_)) {
-                    self.assign(symbol, local.then_some(depth), Value::Poison);
+                    self.assign(symbol, local.then_some(depth), Value::Poison)?;
                 }
                 return Err(stop);
             }
@@ -416,13 +429,14 @@ impl Machine<'_> {
             Some(place) => {
                 self.check_array_depth(place.path.len() + value.array_depth())?;
                 self.charge(self.scopes.copied_by_write(&place))?;
+                self.before_change(place.symbol)?;
                 if !self.scopes.set_at(&place, value) {
                     let message =
                         format!("`{}` is gone by the time its element is set", self.symbols.name(symbol));
                     return Err(self.error(message, self.span(at)));
                 }
             }
-            None => self.assign(symbol, local.then_some(depth), value),
+            None => self.assign(symbol, local.then_some(depth), value)?,
         }
         // POV-Ray insists since 3.5 and says nothing in older scenes.
         if needs_semicolon && self.version > 3.1 && self.peek_behind_value()? != Token::Mark(Mark::Semicolon)
@@ -436,11 +450,19 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn assign(&mut self, symbol: Symbol, local_at: Option<usize>, value: Value) {
+    fn assign(&mut self, symbol: Symbol, local_at: Option<usize>, value: Value) -> Res<()> {
+        let later = matches!(value, Value::Later(_));
+        if !later {
+            self.before_change(symbol)?;
+        }
         match local_at {
             Some(depth) => self.scopes.local_at(depth, symbol, value),
             None => self.scopes.declare(symbol, value),
         }
+        if later {
+            self.scopes.make_young(symbol);
+        }
+        Ok(())
     }
 
     /// "undeclared identifier", with a suggestion.

@@ -404,6 +404,7 @@ impl Machine<'_> {
             }
             Token::String(_) => Ok(Value::String(m.string()?)),
             Token::Word(word) => m.word_value(word),
+            Token::Block(_) => m.block_here(),
             _ => Ok(Value::Number(m.expr()?)),
         })
     }

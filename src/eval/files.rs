@@ -3,7 +3,8 @@
 use super::machine::{FrameKind, Lexeme, Machine, Res, STACK_BYTES, Stop};
 use super::value::{Num, Value};
 use super::{Evaluation, Options};
-use crate::lang::{Diagnostic, FileId, Program, read};
+use crate::lang::{Diagnostic, FileId, Manner, Program, read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,7 +25,13 @@ const EMBEDDED: &[(&str, &str)] = &[
 
 /// Where an include was found.
 pub(super) enum Found {
-    File(PathBuf, Option<String>),
+    File {
+        path: PathBuf,
+        /// The name that it has, if that is not quite the one asked for.
+        odd: Option<String>,
+        /// It is not the scene's own but of a library.
+        library: bool,
+    },
     Embedded(&'static str, &'static str),
 }
 
@@ -75,7 +82,7 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) 
         };
         machine.scopes.declare(symbol, value);
     }
-    match machine.compile(file) {
+    match machine.compile(file, Manner::Whole) {
         Ok(program) => {
             if machine.enter_frame(program, 0, FrameKind::Scene, None).is_ok() {
                 machine.run();
@@ -95,18 +102,30 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) 
     }
 }
 
+/// The bytes of an include, in memory of a power of two. The allocator keeps half a megabyte for each size of block, and the kernel
+/// clears two megabytes when they are first touched: for a dozen includes of a dozen sizes that took longer than to read them.
+fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut file = std::fs::File::open(path)?;
+    let len = file.metadata().map_or(0, |metadata| metadata.len());
+    let mut bytes = Vec::new();
+    // One more, so that the end is found without asking for more memory.
+    bytes.try_reserve((len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0))?;
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 impl Machine<'_> {
     /// Reads a file's text into a program.
-    fn compile(&mut self, file: FileId) -> Result<u32, Vec<Diagnostic>> {
+    fn compile(&mut self, file: FileId, manner: Manner) -> Result<u32, Vec<Diagnostic>> {
         let text = self.sources.file(file).text.clone();
-        let program: Program = read(file, &text, &mut self.symbols)?;
+        let program: Program = read(file, &text, &mut self.symbols, manner)?;
         self.programs.push(Arc::new(program));
         Ok(self.programs.len() as u32 - 1)
     }
 
     /// The program of the file that an `#include` names.
     pub fn find_include(&mut self, name: &str, at: Lexeme) -> Res<u32> {
-        let (key, display, bytes) = match self.locate(name) {
+        let (key, display, bytes, library) = match self.locate(name) {
             None => {
                 let mut diagnostic =
                     Diagnostic::error(format!("cannot find the include file `{name}`"), self.span(self.last));
@@ -119,8 +138,9 @@ impl Machine<'_> {
                 PathBuf::from(format!("<octray>/{name}")),
                 format!("<octray>/{name}"),
                 text.as_bytes().to_vec(),
+                true,
             ),
-            Some(Found::File(path, odd)) => {
+            Some(Found::File { path, odd, library }) => {
                 if let Some(odd) = odd {
                     let span = self.span(self.last);
                     self.warn(
@@ -130,9 +150,9 @@ impl Machine<'_> {
                     );
                 }
                 if self.program_of.contains_key(&path) {
-                    (path, String::new(), Vec::new())
+                    (path, String::new(), Vec::new(), library)
                 } else {
-                    let bytes = match std::fs::read(&path) {
+                    let bytes = match read_file(&path) {
                         Ok(bytes) => bytes,
                         Err(error) => {
                             let message = format!("cannot read the include file {}: {error}", path.display());
@@ -140,7 +160,7 @@ impl Machine<'_> {
                         }
                     };
                     self.files_read.push(path.clone());
-                    (path.clone(), path.display().to_string(), bytes)
+                    (path.clone(), path.display().to_string(), bytes, library)
                 }
             }
         };
@@ -149,7 +169,12 @@ impl Machine<'_> {
         }
         self.charge(bytes.len() * 8)?;
         let file = self.sources.add(&display, Some(&key), bytes);
-        match self.compile(file) {
+        // All of what the user has written is looked at, of a library no more than is used.
+        let manner = if library { Manner::Skim } else { Manner::Whole };
+        if library {
+            self.scopes.expect_library();
+        }
+        match self.compile(file, manner) {
             Ok(program) => {
                 self.program_of.insert(key, program);
                 Ok(program)
@@ -172,11 +197,11 @@ impl Machine<'_> {
             .chain(self.options.library_paths.iter().map(PathBuf::as_path))
             .collect();
         let names = [name.to_string(), format!("{name}.inc"), format!("{name}.INC")];
-        for folder in &folders {
+        for (index, folder) in folders.iter().enumerate() {
             for name in &names {
                 let path = folder.join(name);
                 if path.is_file() {
-                    return Some(Found::File(path, None));
+                    return Some(Found::File { path, odd: None, library: index > 0 });
                 }
             }
         }
@@ -185,11 +210,11 @@ impl Machine<'_> {
         if let Some((name, text)) = embedded {
             return Some(Found::Embedded(name, text));
         }
-        for folder in &folders {
+        for (index, folder) in folders.iter().enumerate() {
             for name in &names {
                 if let Some(path) = find_loosely(folder, &name.replace('\\', "/")) {
-                    let odd = path.display().to_string();
-                    return Some(Found::File(path, Some(odd)));
+                    let odd = Some(path.display().to_string());
+                    return Some(Found::File { path, odd, library: index > 0 });
                 }
             }
         }

@@ -68,6 +68,7 @@ impl Machine<'_> {
         };
         let (point, normal) = hit.map_or((DVec3::ZERO, DVec3::ZERO), |hit| (hit.point, hit.normal));
         if let Some(place) = normal_place {
+            self.before_change(place.symbol)?;
             self.scopes.set_at(&place, Value::Number(Num::vector(normal)));
         }
         Ok(Num::vector(point))
@@ -137,7 +138,7 @@ fn placed(object: &Object, to_world: &Transform) -> Extent {
         Shape::Csg { op, children, .. } => composite(*op, children, &place),
         shape => leaf(shape, &place),
     };
-    for helper in object.clipped_by.iter().chain(&object.bounded_by) {
+    for helper in object.clipped_by().iter().chain(object.bounded_by()) {
         extent = both(extent, placed(helper, to_world));
     }
     extent

@@ -106,6 +106,8 @@ pub(super) struct Machine<'a> {
     /// What `#default` has made of the texture, and the same shared among the objects that have no other.
     pub default_texture: super::value::With<crate::scene::Texture>,
     pub default_shared: Option<Arc<crate::scene::Texture>>,
+    /// Library blocks that have not been asked for yet, and those that have.
+    pub later: super::later::Blocks,
     pub scene: Scene,
     pub messages: Vec<Message>,
     pub diagnostics: Vec<Diagnostic>,
@@ -155,6 +157,7 @@ impl<'a> Machine<'a> {
             late_version: None,
             default_texture: Default::default(),
             default_shared: None,
+            later: Default::default(),
             scene: Scene::default(),
             messages: Vec::new(),
             diagnostics: Vec::new(),
@@ -166,6 +169,15 @@ impl<'a> Machine<'a> {
             solids: Vec::new(),
             warned: Default::default(),
             warnings: Default::default(),
+        }
+    }
+
+    /// Tells that the value of a name is about to change or to go.
+    #[inline]
+    pub fn before_change(&mut self, symbol: Symbol) -> Res<()> {
+        match self.scopes.older_than_blocks(symbol) {
+            None => Ok(()),
+            Some((variable, since)) => self.evaluate_naming(variable, since),
         }
     }
 

@@ -29,6 +29,7 @@ mod function;
 mod geometry;
 mod image;
 mod item;
+mod later;
 mod light;
 mod machine;
 mod media;

@@ -235,9 +235,9 @@ impl Machine<'_> {
                 let other = if word == K::ClippedBy { K::BoundedBy } else { K::ClippedBy };
                 if self.accept_word(other)? {
                     helpers = if word == K::ClippedBy {
-                        object.bounded_by.clone()
+                        object.bounded_by().to_vec()
                     } else {
-                        object.clipped_by.clone()
+                        object.clipped_by().to_vec()
                     };
                 }
                 while let Some(helper) = self.helper()? {
@@ -248,9 +248,9 @@ impl Machine<'_> {
                 }
                 self.close(word.text(), open)?;
                 if word == K::ClippedBy {
-                    object.clipped_by.append(&mut helpers);
+                    object.more_mut().clipped_by.append(&mut helpers);
                 } else {
-                    object.bounded_by.append(&mut helpers);
+                    object.more_mut().bounded_by.append(&mut helpers);
                 }
             }
             K::NoShadow => {
@@ -299,7 +299,7 @@ impl Machine<'_> {
             }
             K::Photons => {
                 self.next()?;
-                object.photons = Some(Box::new(self.photon_use()?));
+                object.more_mut().photons = Some(self.photon_use()?);
                 self.ignore("photons of an object", at);
             }
             K::Radiosity => {
@@ -365,7 +365,9 @@ impl Machine<'_> {
         self.scene.lights.extend(value.lights);
         if let Some(mut object) = value.object {
             // Each is an object of its own, even if it is one and the same declared object.
-            self.give_default(Arc::make_mut(&mut object), value.facts.cutaway, &mut Given::default());
+            if object.texture.is_none() || Arc::strong_count(&object) > 1 {
+                self.give_default(Arc::make_mut(&mut object), value.facts.cutaway, &mut Given::default());
+            }
             self.scene.objects.push(object);
         }
     }

@@ -18,13 +18,24 @@ pub(super) struct Scopes {
     locals: Vec<Symbol>,
     /// For each open scope but the outermost, where its names begin in `locals`.
     starts: Vec<usize>,
+    /// How many blocks have been left for later: what is bound now is younger than all of them.
+    now: u32,
 }
 
 #[derive(Debug)]
-struct Binding {
+pub(super) struct Binding {
     scope: u32,
+    /// [`Scopes::now`] when its value was set; those that are set anew only because a block was evaluated keep theirs.
+    since: u32,
     slot: Slot,
 }
+
+/// Names of a small scene with `colors.inc`. A table that grows to them by doubling is copied again and again, and each size is
+/// memory of its own for the allocator, which clears it two megabytes at a time.
+const LIBRARY_NAMES: usize = 512;
+
+/// Bindings of a name that are out of sight.
+pub(super) struct Hidden(Symbol, SmallVec<[Binding; 1]>);
 
 /// What a binding holds.
 #[derive(Debug, Clone)]
@@ -45,6 +56,11 @@ pub(super) struct Place {
 }
 
 impl Scopes {
+    /// Makes room for the names of a library at once.
+    pub fn expect_library(&mut self) {
+        self.bindings.reserve(LIBRARY_NAMES.saturating_sub(self.bindings.len()));
+    }
+
     /// How many includes and calls are open.
     pub fn depth(&self) -> usize {
         self.starts.len()
@@ -209,7 +225,7 @@ impl Scopes {
             self.set_at(&place, value);
             return;
         }
-        stack.insert(above, Binding { scope: depth as u32, slot: Slot::Value(value) });
+        stack.insert(above, Binding { scope: depth as u32, since: self.now, slot: Slot::Value(value) });
         self.remember(symbol, depth);
     }
 
@@ -225,12 +241,93 @@ impl Scopes {
         }
     }
 
+    // ----------------------------------------------------------------------------------------------------------
+    // Blocks left for later
+
+    /// Counts a block that is left for later; the names that are bound from now on are none of those it means.
+    pub fn leave_block(&mut self) -> u32 {
+        self.now += 1;
+        self.now
+    }
+
+    /// The variable that `symbol` stands for and the block count at which its outermost value was set, if blocks have been left
+    /// since then. Blocks mean outermost values alone.
+    #[inline]
+    pub fn older_than_blocks(&self, symbol: Symbol) -> Option<(Symbol, u32)> {
+        if self.now == 0 {
+            return None;
+        }
+        let mut symbol = symbol;
+        let mut stack = self.bindings.get(symbol.0 as usize)?;
+        if let Slot::Reference(place) = &stack.last()?.slot {
+            symbol = place.symbol;
+            stack = self.bindings.get(symbol.0 as usize)?;
+        }
+        let outermost = stack.first().filter(|binding| binding.scope == 0)?;
+        (outermost.since < self.now).then_some((symbol, outermost.since))
+    }
+
+    /// Tells that no block left for later means the variable.
+    pub fn make_young(&mut self, variable: Symbol) {
+        let now = self.now;
+        let stack = self.bindings.get_mut(variable.0 as usize);
+        if let Some(binding) = stack.and_then(|stack| stack.first_mut()) {
+            binding.since = now;
+        }
+    }
+
+    /// True if the name has a binding in an inner scope.
+    pub fn is_local(&self, symbol: Symbol) -> bool {
+        self.bindings
+            .get(symbol.0 as usize)
+            .and_then(|stack| stack.last())
+            .is_some_and(|binding| binding.scope > 0)
+    }
+
+    /// The names bound in the open scopes but the outermost.
+    pub fn locals(&self) -> &[Symbol] {
+        &self.locals
+    }
+
+    /// The outermost value of a name.
+    pub fn outermost(&self, symbol: Symbol) -> Option<&Value> {
+        match self.bindings.get(symbol.0 as usize)?.first()? {
+            Binding { scope: 0, slot: Slot::Value(value), .. } => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Rewrites the outermost value of a name, which is as old as it was.
+    pub fn put_outermost(&mut self, symbol: Symbol, value: Value) {
+        if let Some(Binding { scope: 0, slot: Slot::Value(old), .. }) =
+            self.bindings.get_mut(symbol.0 as usize).and_then(|stack| stack.first_mut())
+        {
+            *old = value;
+        }
+    }
+
+    /// Takes away what a block that was left as number `block` does not see of a name: locals, and a value that is younger.
+    pub fn hide(&mut self, symbol: Symbol, block: u32) -> Hidden {
+        let Some(stack) = self.bindings.get_mut(symbol.0 as usize) else {
+            return Hidden(symbol, SmallVec::new());
+        };
+        let seen = stack.first().is_some_and(|binding| binding.scope == 0 && binding.since < block);
+        Hidden(symbol, stack.drain(usize::from(seen)..).collect())
+    }
+
+    /// Gives back what [`Scopes::hide`] took.
+    pub fn show(&mut self, Hidden(symbol, bindings): Hidden) {
+        if let Some(stack) = self.bindings.get_mut(symbol.0 as usize) {
+            stack.extend(bindings);
+        }
+    }
+
     fn bind(&mut self, symbol: Symbol, scope: u32, slot: Slot) {
         let index = symbol.0 as usize;
         if self.bindings.len() <= index {
             self.bindings.resize_with(index + 1, SmallVec::new);
         }
-        self.bindings[index].push(Binding { scope, slot });
+        self.bindings[index].push(Binding { scope, since: self.now, slot });
         self.remember(symbol, scope as usize);
     }
 

@@ -114,6 +114,7 @@ impl Machine<'_> {
     /// `#default { ... }`.
     pub fn set_default(&mut self) -> Res<()> {
         let open = self.open("#default")?;
+        self.later.forget_default();
         while let Token::Word(word) = self.peek()? {
             match word {
                 Keyword::Texture => {
@@ -138,6 +139,7 @@ impl Machine<'_> {
             }
         }
         self.default_shared = None;
+        self.later.forget_default();
         self.close("#default", open)
     }
 

@@ -34,6 +34,8 @@ pub(super) enum Value {
     Media(Arc<With<crate::scene::Media>>),
     /// What `#fopen` opened.
     File(u32),
+    /// A library's block that nobody has asked for yet. Whoever looks at a name's token finds it evaluated.
+    Later(Arc<super::later::Later>),
     /// Its declaration failed; whoever uses it fails without a word.
     Poison,
 }
@@ -269,6 +271,7 @@ impl Value {
             Value::Rainbow(_) => "rainbow",
             Value::SkySphere(_) => "sky_sphere",
             Value::Media(_) => "media",
+            Value::Later(later) => later.kind(),
             Value::Poison => "value that could not be read",
         }
     }

@@ -10,12 +10,13 @@ mod nest;
 mod plain;
 mod program;
 mod read;
+mod skim;
 mod source;
 mod symbol;
 
 pub use diagnostic::{Diagnostic, Severity};
 pub use keyword::Keyword;
 pub use program::{Directive, Mark, Program, Token};
-pub use read::read;
+pub use read::{Manner, read, read_part};
 pub use source::{FileId, SourceFile, SourceMap, Span};
 pub use symbol::{Symbol, Symbols};

@@ -5,11 +5,12 @@
 //! and the grammar agree on any text.
 
 use super::nest::directive_of;
+use super::skim::{behind_declare, behind_parameters, block_end, body_end};
 use super::{Keyword, Mark, Program, Symbols, Token};
 use memchr::memchr2;
 
-/// Adds the tokens of the items at `at`; returns where they end.
-pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut Symbols) -> usize {
+/// Adds the tokens of the items at `at`; returns where they end. If `skim`, what can wait is one token each.
+pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut Symbols, skim: bool) -> usize {
     let bytes = text.as_bytes();
     let mut at = at;
     // Where the lists of a mesh2 may have rows.
@@ -30,7 +31,15 @@ pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut S
                         if is_list(keyword) {
                             rows_at = behind_count(bytes, end).unwrap_or(usize::MAX);
                         }
-                        (Token::Word(keyword), end)
+                        let block = if skim && behind_declare(&program.tokens) {
+                            block_end(text, keyword, end)
+                        } else {
+                            None
+                        };
+                        match block {
+                            Some(end) => (Token::Block(keyword), end),
+                            None => (Token::Word(keyword), end),
+                        }
                     }
                     None => (Token::Name(symbols.intern(word)), end),
                 }
@@ -82,6 +91,14 @@ pub(super) fn scan(text: &str, at: usize, program: &mut Program, symbols: &mut S
                 match Keyword::from_text(&text[start..end]).and_then(directive_of) {
                     Some(directive) => (Token::Directive(directive, 0), end),
                     None => (Token::Junk('#'), at + 1),
+                }
+            }
+            b')' if skim && behind_parameters(&program.tokens) => {
+                push(program, Token::Mark(Mark::CloseParen), at, 1);
+                at += 1;
+                match body_end(text, at) {
+                    Some(end) => (Token::Body, end),
+                    None => continue,
                 }
             }
             _ => match MARKS[usize::from(byte)] {
@@ -140,7 +157,7 @@ fn or_equal(bytes: &[u8], at: usize, alone: Mark, equal: Mark) -> (Token, usize)
 }
 
 /// Characters of words.
-const OF_WORDS: [bool; 256] = {
+pub(super) const OF_WORDS: [bool; 256] = {
     let mut of_words = [false; 256];
     let mut byte = 0;
     while byte < 256 {
@@ -151,18 +168,18 @@ const OF_WORDS: [bool; 256] = {
 };
 
 /// Where the word at `at` ends.
-fn word_end(bytes: &[u8], at: usize) -> usize {
+pub(super) fn word_end(bytes: &[u8], at: usize) -> usize {
     let rest = &bytes[at..];
     at + rest.iter().position(|byte| !OF_WORDS[usize::from(*byte)]).unwrap_or(rest.len())
 }
 
 /// Where the line that `at` is in ends.
-fn line_end(bytes: &[u8], at: usize) -> usize {
+pub(super) fn line_end(bytes: &[u8], at: usize) -> usize {
     memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |len| at + len)
 }
 
 /// Where the nesting comment at `at` ends; `None` if it does not.
-fn comment_end(bytes: &[u8], at: usize) -> Option<usize> {
+pub(super) fn comment_end(bytes: &[u8], at: usize) -> Option<usize> {
     let mut open = 1usize;
     let mut at = at + 2;
     while open > 0 {
@@ -181,7 +198,7 @@ fn comment_end(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 /// Where the text of the string that begins at `at` ends, and whether its quote is there.
-fn string_end(bytes: &[u8], mut at: usize) -> (usize, bool) {
+pub(super) fn string_end(bytes: &[u8], mut at: usize) -> (usize, bool) {
     while let Some(len) = bytes.get(at..).and_then(|rest| memchr2(b'"', b'\\', rest)) {
         at += len;
         if bytes[at] == b'"' {
@@ -258,7 +275,7 @@ fn vector(bytes: &[u8], open: usize, numbers: &mut Vec<f64>) -> Option<(Token, u
     None
 }
 
-fn behind_gap(bytes: &[u8], at: usize) -> usize {
+pub(super) fn behind_gap(bytes: &[u8], at: usize) -> usize {
     let rest = &bytes[at..];
     let blank = |byte: &u8| matches!(byte, b' ' | b'\t' | b'\n' | b'\r');
     at + rest.iter().position(|byte| !blank(byte)).unwrap_or(rest.len())

@@ -41,6 +41,10 @@ pub enum Token {
     Mark(Mark),
     /// A directive and its jump.
     Directive(Directive, u32),
+    /// A block or colour that a library declares, with the word that begins it; [`Manner::Skim`](super::Manner) leaves its text as it is.
+    Block(Keyword),
+    /// The body of a library's macro, likewise.
+    Body,
     /// A character that is no part of the language.
     Junk(char),
     /// `"` without its partner.

@@ -1,6 +1,8 @@
 //! Text to [`Program`], by the grammar.
 
-use super::{Diagnostic, FileId, Keyword, Mark, Program, Symbols, Token, nest::nest, plain::scan};
+use super::{
+    Diagnostic, Directive, FileId, Keyword, Mark, Program, Span, Symbols, Token, nest::nest, plain::scan,
+};
 use pest::Parser;
 use pest::iterators::Pair;
 
@@ -10,28 +12,73 @@ struct SceneParser;
 
 /// Of a usual text, with its blanks and comments.
 const CHARACTERS_A_TOKEN: usize = 5;
+/// Beyond this memory is asked for as it is needed.
+const MANY_TOKENS: usize = 1 << 16;
+/// Of a library's text, with all that can wait.
+const CHARACTERS_A_TOKEN_SKIMMED: usize = 8;
+
+/// How much of a text is cut into tokens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Manner {
+    /// All of it.
+    Whole,
+    /// Blocks and colours that are declared, and bodies of macros, are one token each ([`Token::Block`], [`Token::Body`]) until
+    /// [`read_part`] is asked for theirs. For libraries: what is wrong in such a part is found if it is used.
+    Skim,
+}
 
 /// Reads a whole text. Errors are only those of nesting (`#if` without `#end`, `#end` alone); any other text has
 /// a program, whatever is in it.
-pub fn read(file: FileId, text: &str, symbols: &mut Symbols) -> Result<Program, Vec<Diagnostic>> {
+pub fn read(
+    file: FileId,
+    text: &str,
+    symbols: &mut Symbols,
+    manner: Manner,
+) -> Result<Program, Vec<Diagnostic>> {
     let mut program = Program { file: Some(file), ..Program::default() };
-    program.tokens.reserve(text.len() / CHARACTERS_A_TOKEN);
-    program.places.reserve(text.len() / CHARACTERS_A_TOKEN);
-    tokenize(file, text, &mut program, symbols)?;
+    let skim = manner == Manner::Skim;
+    // In few sizes: see `read_file` of `eval`.
+    let tokens = text.len() / if skim { CHARACTERS_A_TOKEN_SKIMMED } else { CHARACTERS_A_TOKEN };
+    let tokens = if tokens < MANY_TOKENS { tokens.next_power_of_two() } else { tokens };
+    program.tokens.reserve(tokens);
+    program.places.reserve(tokens);
+    tokenize(file, text, 0, &mut program, symbols, skim)?;
     nest(&mut program)?;
     Ok(program)
 }
 
-/// Adds the tokens of a whole text.
+/// Reads what was left of the text at a [`Token::Block`] or [`Token::Body`]. A block ends with a `;` of its own, at which whoever
+/// reads its value stops; a body with the [`Directive::EndMacro`] that leaves it.
+pub fn read_part(
+    token: Token,
+    part: Span,
+    text: &str,
+    symbols: &mut Symbols,
+) -> Result<Program, Vec<Diagnostic>> {
+    let mut program = Program { file: Some(part.file), ..Program::default() };
+    tokenize(part.file, &text[..part.end as usize], part.start as usize, &mut program, symbols, false)?;
+    // A block has no directives.
+    nest(&mut program)?;
+    let end = match token {
+        Token::Body => Token::Directive(Directive::EndMacro, 0),
+        _ => Token::Mark(Mark::Semicolon),
+    };
+    program.tokens.insert(program.tokens.len() - 1, end);
+    program.places.push((part.end, 0));
+    Ok(program)
+}
+
+/// Adds the tokens of a text from byte `at` on.
 fn tokenize(
     file: FileId,
     text: &str,
+    mut at: usize,
     program: &mut Program,
     symbols: &mut Symbols,
+    skim: bool,
 ) -> Result<(), Vec<Diagnostic>> {
-    let mut at = 0;
     while at < text.len() {
-        at = scan(text, at, program, symbols);
+        at = scan(text, at, program, symbols, skim);
         // What is left is one character that nobody writes.
         let Some(odd) = text[at..].chars().next() else { break };
         let parsed = SceneParser::parse(Rule::other, &text[at..at + odd.len_utf8()]);
@@ -39,7 +86,7 @@ fn tokenize(
             parsed.ok().and_then(|mut pairs| pairs.next()).filter(|pair| !pair.as_str().is_empty())
         else {
             let start = at as u32;
-            let here = super::Span { file, start, end: start + 1 };
+            let here = Span { file, start, end: start + 1 };
             return Err(vec![Diagnostic::error("this text cannot be read", here)]);
         };
         let len = pair.as_span().end();
@@ -122,7 +169,8 @@ mod tests {
     use crate::lang::Directive;
 
     fn tokens(text: &str) -> Vec<Token> {
-        let program = read(FileId(0), text, &mut Symbols::default()).expect("nesting is right");
+        let program =
+            read(FileId(0), text, &mut Symbols::default(), Manner::Whole).expect("nesting is right");
         assert_eq!(program.tokens.len(), program.places.len());
         program.tokens
     }
@@ -159,11 +207,46 @@ mod tests {
         program
     }
 
+    /// A token with what it indexes, but not its jump, and its place.
+    fn shown(program: &Program, index: usize) -> String {
+        let token = match program.tokens[index] {
+            Token::Directive(directive, _) => format!("{directive:?}"),
+            Token::Vector(first, count) => {
+                format!("{:?}", &program.numbers[first as usize..][..count as usize])
+            }
+            Token::Rows(first, rows) => {
+                format!("{:?}", &program.numbers[first as usize..][..3 * rows as usize])
+            }
+            Token::String(string) => format!("{:?}", program.strings[string as usize]),
+            token => format!("{token:?}"),
+        };
+        format!("{token} {:?}", program.places[index])
+    }
+
+    /// The tokens of a skimmed program with those of its parts in their places.
+    fn expanded(
+        program: &Program,
+        text: &str,
+        symbols: &mut Symbols,
+    ) -> Result<Vec<String>, Vec<Diagnostic>> {
+        let mut tokens = Vec::new();
+        for (index, token) in program.tokens.iter().enumerate() {
+            let (Token::Block(_) | Token::Body) = token else {
+                tokens.push(shown(program, index));
+                continue;
+            };
+            let part = read_part(*token, program.span(index), text, symbols)?;
+            // Without its own end.
+            tokens.extend((0..part.tokens.len() - 2).map(|i| shown(&part, i)));
+        }
+        Ok(tokens)
+    }
+
     /// Both ways of reading, before directives are paired.
     fn check_against_grammar(text: &str) {
         let expected = by_grammar(text);
         let mut found = Program { file: Some(FileId(0)), ..Program::default() };
-        tokenize(FileId(0), text, &mut found, &mut Symbols::default()).expect("is total");
+        tokenize(FileId(0), text, 0, &mut found, &mut Symbols::default(), false).expect("is total");
         assert_eq!(found.tokens, expected.tokens, "{text:?}");
         assert_eq!(found.places, expected.places, "{text:?}");
         assert_eq!(found.strings, expected.strings, "{text:?}");
@@ -187,6 +270,24 @@ mod tests {
                      (<[0-9]{1,2}, ?-?[0-9](e9)?,[0-9]{1,2}>|<1,2>|<1,a,3>|, ?|\\*|\n|/\\*\\*/|\\}){0,20}"
         ) {
             check_against_grammar(&text);
+        }
+
+        #[test]
+        fn what_is_skimmed_has_the_same_tokens_in_the_end(
+            text in "(#declare [a-c] = ?(texture|sphere|color|rgb|camera) ?|# ?macro [a-c] ?\\([a-c, ]{0,3}\\)|#(if|while|for|end|else) \
+                     |[{}()<>;,.+=\"# \n]|\\{|\\}|[0-9]|texture\\{\\}|//|/\\*|\\*/|<1,2>|default|x|é){0,30}"
+        ) {
+            let mut symbols = Symbols::default();
+            let whole = read(FileId(0), &text, &mut symbols, Manner::Whole);
+            let skimmed = read(FileId(0), &text, &mut symbols, Manner::Skim)
+                .and_then(|skimmed| expanded(&skimmed, &text, &mut symbols));
+            match (whole, skimmed) {
+                (Ok(whole), Ok(skimmed)) => {
+                    let expected: Vec<_> = (0..whole.tokens.len()).map(|i| shown(&whole, i)).collect();
+                    assert_eq!(skimmed, expected, "{text:?}");
+                }
+                (whole, skimmed) => assert_eq!(whole.is_err(), skimmed.is_err(), "{text:?}"),
+            }
         }
 
         #[test]
@@ -221,7 +322,7 @@ mod tests {
     #[test]
     fn places_are_byte_ranges_of_the_text() {
         let text = "sphere /* é */ { <0, 1, 2>, R }";
-        let program = read(FileId(0), text, &mut Symbols::default()).expect("no directives");
+        let program = read(FileId(0), text, &mut Symbols::default(), Manner::Whole).expect("no directives");
         let parts: Vec<_> =
             program.places.iter().map(|&(at, len)| &text[at as usize..(at + len) as usize]).collect();
         assert_eq!(parts, ["sphere", "{", "<0, 1, 2>", ",", "R", "}", ""]);

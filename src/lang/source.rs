@@ -67,7 +67,7 @@ impl SourceMap {
         if text.starts_with('\u{feff}') {
             text.remove(0);
         }
-        if text.contains('\r') {
+        if memchr::memchr(b'\r', text.as_bytes()).is_some() {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
         }
         let text = Arc::new(text);

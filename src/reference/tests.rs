@@ -211,10 +211,8 @@ fn nested_six_deep_and_a_thousand_cutters() {
 
 #[test]
 fn clip_takes_away_and_adds_no_surface() {
-    let half = Object {
-        clipped_by: vec![Arc::new(Object::new(plane(DVec3::NEG_Z, -4.0)))],
-        ..Object::new(sphere(0.0, 0.0, 4.0, 1.0))
-    };
+    let mut half = Object::new(sphere(0.0, 0.0, 4.0, 1.0));
+    half.more_mut().clipped_by = vec![Arc::new(Object::new(plane(DVec3::NEG_Z, -4.0)))];
     assert_eq!(hit(vec![half], [0.0; 3], [0.0, 0.0, 1.0]), Some(5.0));
 }
 

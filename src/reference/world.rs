@@ -321,7 +321,7 @@ impl Builder {
         let kind = match &object.shape {
             Shape::Csg { op, children, .. } => {
                 let (join, first_inverted, others_inverted) = join(*op, inverted);
-                let separable = parent.separable && *op == CsgOp::Union && object.clipped_by.is_empty();
+                let separable = parent.separable && *op == CsgOp::Union && object.clipped_by().is_empty();
                 let own_interiors = parent.own_interiors || object.own_interiors;
                 let mut child = |(i, child): (usize, &Arc<Object>)| {
                     let inverted = if i == 0 { first_inverted } else { others_inverted };
@@ -336,7 +336,7 @@ impl Builder {
         };
         // Clips stand in the parent's space and are not turned inside out with the object.
         let outside = Inherited { inverted: false, separable: false, ..parent.clone() };
-        let clips = object.clipped_by.iter().map(|clip| self.node(clip, &outside)).collect();
+        let clips = object.clipped_by().iter().map(|clip| self.node(clip, &outside)).collect();
         Node { kind, clips, interior: look.interior }
     }
 

@@ -36,7 +36,7 @@ pub use image::{Computed, Image, ImageSource};
 pub use light::{AreaLight, Fade, Light, LightKind, LightMore};
 pub use mesh::{Mesh, MeshTriangle};
 pub use normal::Normal;
-pub use object::{CsgOp, Flags, Object, Shape};
+pub use object::{CsgOp, Flags, More, Object, Shape};
 pub use other_shape::{BlobPart, Curve, Font, Isosurface, JuliaFractal, OtherKind, OtherShape, Parametric};
 pub use pattern::Pattern;
 pub use patterned::{AnyPattern, Fractal, Map, OtherPattern, Patterned, Warp, WrapKind};

@@ -26,12 +26,8 @@ pub struct Object {
     pub interior_texture: Option<Arc<Texture>>,
     /// What is in it; compared by identity, but see `own_interiors`.
     pub interior: Option<Arc<Interior>>,
-    /// Only what is inside all of these is there.
-    pub clipped_by: Vec<Arc<Object>>,
-    /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
-    pub bounded_by: Vec<Arc<Object>>,
-    /// What is said of photons; not rendered.
-    pub photons: Option<Box<PhotonUse>>,
+    /// What few objects have. Apart, as scenes of millions of objects spend their reading time on fetching memory.
+    pub more: Option<Box<More>>,
     /// Textures are asked at places on the surface; not rendered.
     pub uv_mapping: bool,
     /// Switches.
@@ -39,6 +35,17 @@ pub struct Object {
     /// The interiors of its children (and theirs) are its own, each wherever it is met, though they share an `Arc` with
     /// other objects: it is a copy of a declared composite.
     pub own_interiors: bool,
+}
+
+/// What few objects have.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct More {
+    /// Only what is inside all of these is there.
+    pub clipped_by: Vec<Arc<Object>>,
+    /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
+    pub bounded_by: Vec<Arc<Object>>,
+    /// What is said of photons; not rendered.
+    pub photons: Option<PhotonUse>,
 }
 
 /// Geometry, in the object's own space.
@@ -165,9 +172,7 @@ impl Object {
             texture: None,
             interior_texture: None,
             interior: None,
-            clipped_by: Vec::new(),
-            bounded_by: Vec::new(),
-            photons: None,
+            more: None,
             uv_mapping: false,
             flags: Flags::default(),
             own_interiors: false,
@@ -188,8 +193,25 @@ impl Object {
                 *texture = Arc::new(texture.transformed(next));
             }
         }
-        for helper in self.clipped_by.iter_mut().chain(&mut self.bounded_by) {
-            Arc::make_mut(helper).move_by(next);
+        if let Some(more) = &mut self.more {
+            for helper in more.clipped_by.iter_mut().chain(&mut more.bounded_by) {
+                Arc::make_mut(helper).move_by(next);
+            }
         }
+    }
+
+    /// Only what is inside all of these is there.
+    pub fn clipped_by(&self) -> &[Arc<Object>] {
+        self.more.as_ref().map_or(&[], |more| &more.clipped_by)
+    }
+
+    /// The user's word for how far it reaches.
+    pub fn bounded_by(&self) -> &[Arc<Object>] {
+        self.more.as_ref().map_or(&[], |more| &more.bounded_by)
+    }
+
+    /// What few objects have, to be written to.
+    pub fn more_mut(&mut self) -> &mut More {
+        self.more.get_or_insert_default()
     }
 }

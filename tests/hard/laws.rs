@@ -71,14 +71,17 @@ fn dressed(object: &Object, texture: &Arc<Texture>) -> Object {
         })),
         shape => shape.clone(),
     };
-    Object {
+    let mut dressed = Object {
         shape,
         texture: Some(texture.clone()),
         interior_texture: None,
         interior: None,
-        clipped_by: again(&object.clipped_by),
         ..object.clone()
+    };
+    if let Some(more) = &mut dressed.more {
+        more.clipped_by = again(object.clipped_by());
     }
+    dressed
 }
 
 fn bytes(film: &octray::film::Film) -> &[u8] {

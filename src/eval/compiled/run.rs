@@ -35,6 +35,19 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// [`Run::float`] of a part: most are numbers or names, for which the call would cost more than the value.
+    #[inline(always)]
+    fn operand(&mut self, id: Id) -> Option<f64> {
+        match &self.nodes[id as usize] {
+            Node::Float(value) => Some(*value),
+            Node::Name(symbol) => match self.scopes.get(*symbol)? {
+                Value::Number(num) if num.n == 1 => Some(num.v[0]),
+                _ => None,
+            },
+            _ => self.float(id),
+        }
+    }
+
     /// A node's value if it is a float.
     pub fn float(&mut self, id: Id) -> Option<f64> {
         let nodes = self.nodes;
@@ -56,39 +69,39 @@ impl<'a> Run<'a> {
                 return None;
             }
             Node::Component(component, of) => self.num(*of)?.promoted(5)[*component],
-            Node::Negative(of) => -self.float(*of)?,
-            Node::Not(of) => f64::from(self.float(*of)?.abs() < EQUAL_WITHIN),
-            Node::Add(a, b) => self.float(*a)? + self.float(*b)?,
-            Node::Subtract(a, b) => self.float(*a)? - self.float(*b)?,
-            Node::Multiply(a, b) => self.float(*a)? * self.float(*b)?,
+            Node::Negative(of) => -self.operand(*of)?,
+            Node::Not(of) => f64::from(self.operand(*of)?.abs() < EQUAL_WITHIN),
+            Node::Add(a, b) => self.operand(*a)? + self.operand(*b)?,
+            Node::Subtract(a, b) => self.operand(*a)? - self.operand(*b)?,
+            Node::Multiply(a, b) => self.operand(*a)? * self.operand(*b)?,
             Node::Divide(a, b) => {
-                let a = self.float(*a)?;
+                let a = self.operand(*a)?;
                 // Division by zero is told by the reader.
-                divide(a, Some(self.float(*b)?).filter(|b| *b != 0.0)?)
+                divide(a, Some(self.operand(*b)?).filter(|b| *b != 0.0)?)
             }
             Node::Compare(mark, a, b) => {
-                let a = self.float(*a)?;
-                f64::from(compare(*mark, a, self.float(*b)?))
+                let a = self.operand(*a)?;
+                f64::from(compare(*mark, a, self.operand(*b)?))
             }
             Node::And(a, b) => {
-                let a = is_true(self.float(*a)?);
-                f64::from(is_true(self.float(*b)?) && a)
+                let a = is_true(self.operand(*a)?);
+                f64::from(is_true(self.operand(*b)?) && a)
             }
             Node::Or(a, b) => {
-                let a = is_true(self.float(*a)?);
-                f64::from(is_true(self.float(*b)?) || a)
+                let a = is_true(self.operand(*a)?);
+                f64::from(is_true(self.operand(*b)?) || a)
             }
             Node::Choice(which, yes, no) => {
-                let which = is_true(self.float(*which)?);
+                let which = is_true(self.operand(*which)?);
                 // Both sides are evaluated, as POV-Ray does.
-                let (yes, no) = (self.float(*yes)?, self.float(*no)?);
+                let (yes, no) = (self.operand(*yes)?, self.operand(*no)?);
                 if which { yes } else { no }
             }
             // What is outside of the function's domain is told by the reader.
-            Node::One(f, of) => Some(f(self.float(*of)?)).filter(|value| *value > f64::NEG_INFINITY)?,
+            Node::One(f, of) => Some(f(self.operand(*of)?)).filter(|value| *value > f64::NEG_INFINITY)?,
             Node::Two(f, a, b) => {
-                let a = self.float(*a)?;
-                f(a, self.float(*b)?)
+                let a = self.operand(*a)?;
+                f(a, self.operand(*b)?)
             }
             Node::Length(of) => self.vector(*of)?.length(),
             Node::Dot(a, b) => {
@@ -117,7 +130,7 @@ impl<'a> Run<'a> {
             Node::Vector(parts) => {
                 let mut num = Num { n: parts.len() as u8, v: [0.0; 5] };
                 for (slot, part) in num.v.iter_mut().zip(parts) {
-                    *slot = self.float(*part)?;
+                    *slot = self.operand(*part)?;
                 }
                 num
             }
@@ -155,8 +168,8 @@ impl<'a> Run<'a> {
     pub fn vector(&mut self, id: Id) -> Option<DVec3> {
         let v = match &self.nodes[id as usize] {
             Node::Vector(parts) if parts.len() == 3 => {
-                let (x, y) = (self.float(parts[0])?, self.float(parts[1])?);
-                DVec3::new(x, y, self.float(parts[2])?)
+                let (x, y) = (self.operand(parts[0])?, self.float(parts[1])?);
+                DVec3::new(x, y, self.operand(parts[2])?)
             }
             _ => self.num(id)?.xyz(),
         };
