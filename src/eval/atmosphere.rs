@@ -42,6 +42,9 @@ impl Machine<'_> {
             }
             Keyword::SkySphere => {
                 let sky = self.sky_sphere()?;
+                if self.scene.atmosphere.sky_sphere.is_some() {
+                    self.warn("sky_sphere", "more than one `sky_sphere`: the last one counts", self.span(at));
+                }
                 self.scene.atmosphere.sky_sphere = Some(sky.value);
             }
             _ => {

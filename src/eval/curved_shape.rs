@@ -89,7 +89,16 @@ impl Machine<'_> {
         self.comma()?;
         let high = self.finite()?;
         self.comma()?;
+        let start = self.peek_lexeme()?;
         let points = self.plane_points(3)?;
+        if !are_closed(curve, &points) {
+            let what = match curve {
+                Curve::Linear => "the outline of this prism is open: POV-Ray closes it",
+                _ => "the outline of this prism is open: POV-Ray leaves it out",
+            };
+            let span = self.span(start).to(self.span(self.last));
+            self.warn("open prism", what, span);
+        }
         let mut around = Growing::default();
         for &[x, z] in &points {
             around.add(DVec3::new(x, low, z), 0.0);
@@ -169,4 +178,26 @@ fn least_points(curve: Curve) -> u32 {
         Curve::Quadratic => 3,
         Curve::Cubic | Curve::Bezier | Curve::BSpline => 4,
     }
+}
+
+/// True if every one of a prism's outlines ends where it begins. Each runs to the first point that equals its start; those
+/// through points have a guide before their start and, if cubic, one behind their end (manual section 3.4.5.1.11).
+fn are_closed(curve: Curve, points: &[[f64; 2]]) -> bool {
+    let (before, step, behind) = match curve {
+        Curve::Linear => (0, 1, 0),
+        Curve::Quadratic => (1, 1, 0),
+        Curve::Cubic | Curve::BSpline => (1, 1, 1),
+        Curve::Bezier => (0, 4, 0),
+    };
+    let mut rest = points;
+    while !rest.is_empty() {
+        let Some(outline) = rest.get(before..) else { return false };
+        let Some(start) = outline.first() else { return false };
+        // The segments of a Bézier outline have four points each.
+        let ends = outline.iter().enumerate().skip(step.max(2) - 1).step_by(step);
+        let Some((end, _)) = ends.into_iter().find(|(_, point)| *point == start) else { return false };
+        let Some(next) = outline.get(end + 1 + behind..) else { return false };
+        rest = next;
+    }
+    true
 }

@@ -4,7 +4,7 @@ use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
 use super::value::{Facts, Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
-use crate::scene::{CsgOp, Interior, Light, Object, Shape, Texture, Transform};
+use crate::scene::{CsgOp, Interior, Light, Object, OtherKind, Shape, Texture, Transform};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -102,8 +102,13 @@ impl Machine<'_> {
         let mut facts = Facts::default();
         let mut stand_ins = Vec::new();
         let mut any_stand_in = false;
-        while let Some(child) = self.object()? {
+        loop {
+            let start = self.peek_lexeme()?;
+            let Some(child) = self.object()? else { break };
             self.charge(size_of::<Light>() * child.lights.len())?;
+            if matches!(op, CsgOp::Intersection | CsgOp::Difference) {
+                self.warn_of_patch(&child, start, at);
+            }
             facts.add(&child.facts);
             self.check_depth(&facts)?;
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
@@ -134,6 +139,16 @@ impl Machine<'_> {
         facts.cutaway &= op == CsgOp::Union;
         facts.shapes = facts.shapes.saturating_add(1);
         Ok(ObjectValue { object, stand_in, lights, lacks, facts })
+    }
+
+    /// Warns of a part of an intersection or difference (at `csg`) that has no inside.
+    fn warn_of_patch(&mut self, part: &ObjectValue, start: Lexeme, csg: Lexeme) {
+        if part.facts.patch || (part.object.is_none() && !part.lights.is_empty()) {
+            let (word, csg) = (self.text_of(start), self.text_of(csg));
+            let message =
+                format!("this `{word}` has no inside, or a part of it has none: no use in a `{csg}`");
+            self.warn("patch in csg", message, self.span(start));
+        }
     }
 
     /// One modifier of an object. False if the next token is none.
@@ -240,7 +255,13 @@ impl Machine<'_> {
                         object.clipped_by().to_vec()
                     };
                 }
-                while let Some(helper) = self.helper()? {
+                loop {
+                    let start = self.peek_lexeme()?;
+                    let Some(helper) = self.helper()? else { break };
+                    if helper.facts.patch {
+                        let message = format!("what has no inside cannot stand in `{}`", word.text());
+                        return Err(self.error(message, self.span(start)));
+                    }
                     lacks.add(&helper.lacks);
                     value.facts.add_helper(&helper.facts);
                     self.check_depth(&value.facts)?;
@@ -276,6 +297,10 @@ impl Machine<'_> {
             K::Inverse => {
                 self.next()?;
                 object.flags.inverse = !object.flags.inverse;
+                if value.facts.patch {
+                    let message = "`inverse` of what has no inside changes nothing";
+                    self.warn("inverse of a patch", message, self.span(at));
+                }
             }
             K::CutawayTextures => {
                 self.next()?;
@@ -507,12 +532,15 @@ impl ObjectValue {
 
 impl From<Object> for ObjectValue {
     fn from(object: Object) -> Self {
-        let (shapes, smooth_triangles) = match &object.shape {
-            Shape::Mesh(mesh) => (mesh.triangles.len() as u64, false),
-            Shape::Triangle { normals, .. } => (1, normals.is_some()),
-            _ => (1, false),
+        let (shapes, smooth_triangles, patch) = match &object.shape {
+            Shape::Mesh(mesh) => (mesh.triangles.len() as u64, false, mesh.inside_vector.is_none()),
+            Shape::Triangle { normals, .. } => (1, normals.is_some(), true),
+            Shape::Other(other) => {
+                (1, false, matches!(other.kind, OtherKind::BicubicPatch { .. } | OtherKind::Parametric(_)))
+            }
+            _ => (1, false, false),
         };
-        let facts = Facts { shapes, smooth_triangles, ..Facts::default() };
+        let facts = Facts { shapes, smooth_triangles, patch, ..Facts::default() };
         Self { object: Some(Arc::new(object)), facts, ..Self::default() }
     }
 }

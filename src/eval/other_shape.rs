@@ -28,17 +28,21 @@ impl Growing {
     }
 }
 
+/// Crossings of an isosurface that POV-Ray counts.
+const MAX_TRACE: f64 = 10.0;
+
 /// What stands between the `{` of a shape and its modifiers.
 pub(super) type ShapeRead = (OtherKind, Extent);
 
 impl Machine<'_> {
     /// A shape that is not rendered, its word and `{` taken. What in it is not modelled either goes to `lacks`.
     pub fn other_shape(&mut self, word: Keyword, lacks: &mut Lacks) -> Res<OtherShape> {
-        let (kind, extent) = self.shape_read(word, lacks)?;
-        Ok(OtherShape { kind, extent, open: false })
+        let mut open = false;
+        let (kind, extent) = self.shape_read(word, lacks, &mut open)?;
+        Ok(OtherShape { kind, extent, open })
     }
 
-    fn shape_read(&mut self, word: Keyword, lacks: &mut Lacks) -> Res<ShapeRead> {
+    fn shape_read(&mut self, word: Keyword, lacks: &mut Lacks, is_open: &mut bool) -> Res<ShapeRead> {
         use Keyword as K;
         Ok(match word {
             K::Superellipsoid => {
@@ -55,7 +59,7 @@ impl Machine<'_> {
             }
             K::Blob => self.blob(lacks)?,
             K::HeightField => self.height_field(lacks)?,
-            K::Isosurface => self.isosurface(lacks)?,
+            K::Isosurface => self.isosurface(lacks, is_open)?,
             K::Parametric => self.parametric(lacks)?,
             K::JuliaFractal => self.julia_fractal()?,
             _ => return self.curved_shape(word),
@@ -168,7 +172,7 @@ impl Machine<'_> {
         Ok(Called::clone(&called).value)
     }
 
-    fn isosurface(&mut self, lacks: &mut Lacks) -> Res<ShapeRead> {
+    fn isosurface(&mut self, lacks: &mut Lacks, is_open: &mut bool) -> Res<ShapeRead> {
         use Keyword as K;
         let function = self.inline_function(lacks)?;
         self.comma()?;
@@ -180,8 +184,18 @@ impl Machine<'_> {
             match word {
                 K::ContainedBy => (container, extent) = self.container()?,
                 K::MaxTrace => {
+                    let at = self.next()?;
+                    let count = self.finite()?;
+                    if count > MAX_TRACE {
+                        let message = format!("`max_trace` is at most {MAX_TRACE}, found {count}");
+                        self.warn("max_trace", message, self.span(at));
+                    }
+                    max_trace = Some(count.min(MAX_TRACE));
+                }
+                // It may stand among these, or behind them as any modifier.
+                K::Open => {
                     self.next()?;
-                    max_trace = Some(self.finite()?);
+                    *is_open = true;
                 }
                 K::AllIntersections => {
                     self.next()?;

@@ -389,8 +389,8 @@ impl Machine<'_> {
             }
             K::Repeat => {
                 let width = self.vector()?;
-                if (width.cmpne(DVec3::ZERO).bitmask()).count_ones() > 1 {
-                    return Err(self.error_here("a warp repeats along one axis alone"));
+                if width.cmpne(DVec3::ZERO).bitmask().count_ones() != 1 {
+                    return Err(self.error_here("a warp repeats along one axis, found none or more than one"));
                 }
                 let [mut offset, mut flip] = [DVec3::ZERO; 2];
                 while self.vector_item(&mut [(K::Offset, &mut offset), (K::Flip, &mut flip)])? {}

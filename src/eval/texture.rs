@@ -326,6 +326,8 @@ impl Machine<'_> {
                     K::Refraction => {
                         m.next()?;
                         m.float()?;
+                        let message = "`refraction` has no effect: `ior` is enough";
+                        m.warn("refraction", message, m.span(at));
                     }
                     K::Media => {
                         m.next()?;

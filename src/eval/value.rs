@@ -130,6 +130,8 @@ pub(super) struct Facts {
     pub smooth_triangles: bool,
     /// Some part shows what it cuts.
     pub cutaway: bool,
+    /// Some part has no inside: a triangle, a mesh without `inside_vector`, a bicubic patch.
+    pub patch: bool,
 }
 
 impl Facts {
@@ -140,6 +142,7 @@ impl Facts {
         self.interior |= part.interior;
         self.smooth_triangles |= part.smooth_triangles;
         self.cutaway |= part.cutaway;
+        self.patch |= part.patch;
     }
 
     /// Takes in an object that clips or bounds.
