@@ -4,7 +4,7 @@ use super::machine::{Lexeme, Machine, Res};
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{function::truncated, noise};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -65,9 +65,7 @@ impl Machine<'_> {
         self.next()?;
         self.expect(Mark::OpenParen)?;
         let value = match word {
-            K::Atan2 | K::Pow | K::Mod | K::Div => {
-                self.two(float_function_of_two(word).unwrap_or(f64::powf))?
-            }
+            K::Atan2 | K::Pow | K::Mod | K::Div => self.two(word)?,
             K::BitwiseAnd => self.fold_bits(|a, b| a & b)?,
             K::BitwiseOr => self.fold_bits(|a, b| a | b)?,
             K::BitwiseXor => self.fold_bits(|a, b| a ^ b)?,
@@ -81,17 +79,9 @@ impl Machine<'_> {
             }
             K::Rand => self.random()?,
             K::Defined => {
-                let expand = std::mem::replace(&mut self.expand, false);
-                let next = self.peek();
-                self.expand = expand;
-                let declared = match next? {
-                    Token::Name(symbol) => {
-                        self.next()?;
-                        self.is_there(self.scopes.get(symbol))
-                    }
-                    _ => self.rvalue().map(|_| true)?,
-                };
-                Num::float(f64::from(declared))
+                let place = self.named_place()?;
+                let value = place.as_ref().and_then(|place| self.scopes.at(place));
+                Num::float(f64::from(self.is_there(value)))
             }
             K::Dimensions => {
                 let dims = self.array_dims()?;
@@ -101,17 +91,15 @@ impl Machine<'_> {
                 let dims = self.array_dims()?;
                 self.comma()?;
                 let which = self.float()?;
-                match dims.get((which as usize).wrapping_sub(1)) {
-                    Some(size) => Num::float(*size as f64),
-                    None => return Err(self.error_here(format!("the array has {} dimensions", dims.len()))),
-                }
+                // There is nothing in a dimension that it does not have (measured).
+                Num::float(dims.get((which as usize).wrapping_sub(1)).map_or(0.0, |size| *size as f64))
             }
             K::Strlen => Num::float(self.string()?.chars().count() as f64),
             K::Strcmp => {
                 let a = self.string()?;
                 self.comma()?;
                 let b = self.string()?;
-                Num::float(a.cmp(&b) as i8 as f64)
+                Num::float(compared(&a, &b))
             }
             K::Asc => Num::float(self.string()?.chars().next().map_or(0.0, |c| f64::from(c as u32))),
             K::Val => {
@@ -155,10 +143,17 @@ impl Machine<'_> {
         Ok(value)
     }
 
-    fn two(&mut self, f: impl Fn(f64, f64) -> f64) -> Res<Num> {
+    /// `atan2(a, b)` and the like. POV-Ray has no direction from 0 to 0, and no 0 to the power of 0.
+    fn two(&mut self, word: Keyword) -> Res<Num> {
+        let start = self.peek_lexeme()?;
         let a = self.float()?;
         self.comma()?;
         let b = self.float()?;
+        if matches!(word, Keyword::Atan2 | Keyword::Pow) && a == 0.0 && b == 0.0 {
+            let span = self.span(start).to(self.span(self.last));
+            return Err(self.error(format!("`{}` of 0 and 0 has no value", word.text()), span));
+        }
+        let f = float_function_of_two(word).unwrap_or(f64::powf);
         Ok(Num::float(f(a, b)))
     }
 
@@ -219,6 +214,10 @@ impl Machine<'_> {
 
     /// `rand(S)`: POV-Ray's generator, x = x * 1812433253 + 12345 mod 2^32; the value is x / (2^32 - 1).
     fn random(&mut self) -> Res<Num> {
+        if self.peek()? == Token::Word(Keyword::Seed) {
+            let seed = self.factor()?.v[0];
+            return Ok(Num::float(next_random(&random_stream(seed))));
+        }
         let lexeme = self.next()?;
         let stream = match lexeme.token {
             Token::Name(_) => self.name_value(lexeme)?,
@@ -247,6 +246,13 @@ impl Machine<'_> {
     }
 }
 
+/// A stream from its seed, truncated; one beyond 32 bits counts as the least number there is (measured).
+pub(super) fn random_stream(seed: f64) -> AtomicU32 {
+    let whole = seed.trunc();
+    let fits = f64::from(i32::MIN) <= whole && whole <= f64::from(i32::MAX);
+    AtomicU32::new(if fits { whole as i32 } else { i32::MIN } as u32)
+}
+
 /// The next value of a stream, in 0..1.
 pub(super) fn next_random(state: &AtomicU32) -> f64 {
     let next = state.load(Ordering::Relaxed).wrapping_mul(1_812_433_253).wrapping_add(12_345);
@@ -268,7 +274,25 @@ pub(super) fn rotated(v: DVec3, degrees: DVec3) -> DVec3 {
 
 /// `vaxis_rotate`.
 pub(super) fn rotated_about(v: DVec3, axis: DVec3, degrees: f64) -> DVec3 {
-    axis.try_normalize().map_or(v, |axis| DQuat::from_axis_angle(axis, degrees.to_radians()) * v)
+    let Some(k) = axis.try_normalize() else { return v };
+    let (s, c) = (degrees * (PI / 180.0)).sin_cos();
+    // Rodrigues' formula, as the matrix whose rows are the images of the axes.
+    let x = DVec3::new(
+        k.x * k.x + c * (1.0 - k.x * k.x),
+        k.x * k.y * (1.0 - c) + k.z * s,
+        k.x * k.z * (1.0 - c) - k.y * s,
+    );
+    let y = DVec3::new(
+        k.x * k.y * (1.0 - c) - k.z * s,
+        k.y * k.y + c * (1.0 - k.y * k.y),
+        k.y * k.z * (1.0 - c) + k.x * s,
+    );
+    let z = DVec3::new(
+        k.x * k.z * (1.0 - c) + k.y * s,
+        k.y * k.z * (1.0 - c) - k.x * s,
+        k.z * k.z + c * (1.0 - k.z * k.z),
+    );
+    v.x * x + v.y * y + v.z * z
 }
 
 /// Words that stand for one number or vector, always the same.
@@ -288,12 +312,12 @@ pub(super) fn constant(word: Keyword) -> Option<Num> {
     })
 }
 
-/// Functions of two floats.
+/// Functions of two floats; no number where the reader finds an error.
 pub(super) fn float_function_of_two(word: Keyword) -> Option<fn(f64, f64) -> f64> {
     use Keyword as K;
     Some(match word {
-        K::Atan2 => f64::atan2,
-        K::Pow => f64::powf,
+        K::Atan2 => |a, b| if a == 0.0 && b == 0.0 { f64::NAN } else { a.atan2(b) },
+        K::Pow => |a, b| if a == 0.0 && b == 0.0 { f64::NAN } else { a.powf(b) },
         // C's fmod: the sign is the first one's.
         K::Mod => remainder,
         K::Div => |a, b| truncated(a / b),
@@ -382,9 +406,37 @@ fn is_call(word: Keyword) -> bool {
     )
 }
 
-/// `val("12.5 mm")` is 12.5, as C's `atof` has it.
+/// Below, at or above 0 as the first string stands before, with or behind the second: the difference of the first characters
+/// that differ (measured).
+fn compared(a: &str, b: &str) -> f64 {
+    let (mut a, mut b) = (a.chars(), b.chars());
+    loop {
+        let (left, right) = (a.next(), b.next());
+        if left != right || left.is_none() {
+            let code = |c: Option<char>| c.map_or(0.0, |c| f64::from(c as u32));
+            return code(left) - code(right);
+        }
+    }
+}
+
+/// `val("12.5 mm")` is 12.5, as C's `atof` has it: `0x1f`, `inf` and `nan` are numbers too.
 fn leading_number(text: &str) -> f64 {
     let text = text.trim_start();
+    let (sign, bare) = match text.as_bytes().first() {
+        Some(b'-') => (-1.0, &text[1..]),
+        Some(b'+') => (1.0, &text[1..]),
+        _ => (1.0, text),
+    };
+    let begins = |word: &str| bare.get(..word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word));
+    if begins("inf") {
+        return sign * f64::INFINITY;
+    }
+    if begins("nan") {
+        return f64::NAN;
+    }
+    if begins("0x") {
+        return sign * leading_hexadecimal(&bare[2..]);
+    }
     let numeric = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let mut end = text.find(|c| !numeric(c)).unwrap_or(text.len());
     while end > 0 {
@@ -394,6 +446,28 @@ fn leading_number(text: &str) -> f64 {
         end -= 1;
     }
     0.0
+}
+
+/// `1f.8p3`: hexadecimal digits, a fraction, and a power of two in decimals.
+fn leading_hexadecimal(text: &str) -> f64 {
+    let (mut value, mut scale, mut behind_point) = (0.0, 1.0, false);
+    let mut chars = text.chars().peekable();
+    while let Some(&c) = chars.peek() {
+        match c.to_digit(16) {
+            Some(digit) => value = value * 16.0 + f64::from(digit),
+            None if c == '.' && !behind_point => behind_point = true,
+            None => break,
+        }
+        if behind_point && c != '.' {
+            scale /= 16.0;
+        }
+        chars.next();
+    }
+    let power: String = match chars.next() {
+        Some('p' | 'P') => chars.take_while(|c| c.is_ascii_digit() || matches!(c, '-' | '+')).collect(),
+        _ => String::new(),
+    };
+    value * scale * 2f64.powi(power.parse().unwrap_or(0))
 }
 
 /// Days since 2000-01-01.

@@ -43,7 +43,12 @@ impl Machine<'_> {
                 Keyword::Green => 1,
                 Keyword::Blue => 2,
                 Keyword::Filter => 3,
-                Keyword::Transmit | Keyword::Alpha => 4,
+                Keyword::Alpha => {
+                    let at = self.peek_lexeme()?;
+                    self.warn("alpha", "`alpha` is an old word for `filter`", self.span(at));
+                    3
+                }
+                Keyword::Transmit => 4,
                 _ if is_rgb(word) && !whole && !started => {
                     let at = self.next()?;
                     let value = self.expr()?;
@@ -75,10 +80,9 @@ impl Machine<'_> {
         Ok(color)
     }
 
-    /// A colour as an expression: a float stands for red, green and blue (and the rest, where POV-Ray says so).
+    /// A colour as an expression: a float stands for all five components, filter and transmit too (measured).
     fn color_expression(&mut self) -> Res<[f64; 5]> {
-        let value = self.expr()?;
-        Ok(value.promoted(if value.n == 1 { 3 } else { 5 }))
+        Ok(self.expr()?.promoted(5))
     }
 
     /// What `rgb`, `rgbf`, `srgb` and the like make of the value behind them.

@@ -41,11 +41,6 @@ impl Machine<'_> {
         Ok(self.describe(lexeme))
     }
 
-    /// The token that [`Machine::peek_raw`] sees, for messages.
-    pub fn describe_raw(&self) -> String {
-        self.describe(self.here())
-    }
-
     pub fn error(&self, message: impl Into<String>, span: Span) -> Stop {
         Stop::Error(Box::new(Diagnostic::error(message, span)))
     }

@@ -75,6 +75,8 @@ impl Machine<'_> {
     /// Goes on to a token that is one of a phrase: directives and macro calls on the way are carried out.
     #[inline(never)]
     fn settle(&mut self) -> Res<()> {
+        // What directives take is not the phrase's.
+        let last = self.last;
         while !self.ready {
             self.steps += 1;
             if self.steps > self.options.limits.steps {
@@ -111,6 +113,7 @@ impl Machine<'_> {
                 _ => self.ready = true,
             }
         }
+        self.last = last;
         Ok(())
     }
 
@@ -195,6 +198,7 @@ impl Machine<'_> {
         }
         if let Some(frame) = self.frames.last() {
             let (program, next) = (frame.program, frame.next);
+            self.returned = (program, next);
             self.go_to(program, next);
         }
     }

@@ -5,6 +5,7 @@
 
 use super::files::Found;
 use super::machine::{Lexeme, Machine, Res};
+use super::string::general;
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Manner, Mark, Program, Symbol, Token, read};
 use rustc_hash::FxHashMap;
@@ -14,6 +15,9 @@ use std::sync::Arc;
 
 /// Bytes of the longest file that a script may write.
 const LONGEST: usize = 1 << 28;
+
+/// Digits of the numbers that `#write` writes.
+const DIGITS: usize = 6;
 
 /// All files that the script has opened, and the texts that it has written.
 #[derive(Debug, Default)]
@@ -128,9 +132,10 @@ impl Machine<'_> {
             } else {
                 let value = self.expr()?;
                 match value.n {
-                    1 => general(value.v[0]),
+                    1 => general(value.v[0], DIGITS),
                     n => {
-                        let parts: Vec<_> = value.v[..usize::from(n)].iter().map(|v| general(*v)).collect();
+                        let parts: Vec<_> =
+                            value.v[..usize::from(n)].iter().map(|v| general(*v, DIGITS)).collect();
                         // With a blank behind, as POV-Ray writes it.
                         format!("<{}> ", parts.join(","))
                     }
@@ -257,7 +262,7 @@ fn datum(program: &Program, mut at: usize) -> Option<(Value, usize)> {
     };
     match program.tokens[at] {
         Token::String(index) => {
-            let text = super::string::unescaped(&program.strings[index as usize]);
+            let text = super::string::unescaped(&program.strings[index as usize]).ok()?;
             Some((Value::String(text), at + 1))
         }
         Token::Vector(first, count @ 2..=5) => {
@@ -288,26 +293,6 @@ fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-/// As C's `%g`: six digits, without needless zeros, with an exponent where it is shorter.
-fn general(value: f64) -> String {
-    if !value.is_finite() {
-        return super::string::format_number(value, 0.0, 0.0);
-    }
-    let scientific = format!("{value:.5e}");
-    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let trimmed = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text.to_string(),
-    };
-    if (-4..6).contains(&exponent) {
-        trimmed(&format!("{value:.*}", (5 - exponent) as usize))
-    } else {
-        let sign = if exponent < 0 { '-' } else { '+' };
-        format!("{}e{sign}{:02}", trimmed(mantissa), exponent.abs())
-    }
-}
-
 impl Machine<'_> {
     /// The element that `Name[i][j]` means; the name has been taken.
     pub fn element(&mut self, symbol: Symbol, at: Lexeme) -> Res<super::scope::Place> {
@@ -321,28 +306,5 @@ impl Machine<'_> {
             place.path.push(index);
         }
         Ok(place)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::general;
-
-    #[test]
-    fn numbers_are_written_as_c_s_percent_g() {
-        for (value, expected) in [
-            (1.0, "1"),
-            (1.5, "1.5"),
-            (-2.25e-7, "-2.25e-07"),
-            (1e20, "1e+20"),
-            (std::f64::consts::PI, "3.14159"),
-            (123456789.123, "1.23457e+08"),
-            (0.0001, "0.0001"),
-            (999999.5, "1e+06"),
-            (100000.0, "100000"),
-            (0.0, "0"),
-        ] {
-            assert_eq!(general(value), expected);
-        }
     }
 }

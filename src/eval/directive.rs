@@ -5,7 +5,7 @@ use super::compiled::Level;
 use super::machine::{FrameKind, Lexeme, Loop, Machine, Res, Stop};
 use super::scope::Place;
 use super::value::{Macro, Num, Value};
-use crate::lang::{Diagnostic, Directive, Keyword, Mark, Symbol, Token};
+use crate::lang::{Diagnostic, Directive, Keyword, Mark, Span, Symbol, Token};
 use std::sync::Arc;
 
 /// Floats nearer than this are equal to `=`, `#case` and the last turn of `#for` (measured: 1e-11 is, 1e-9 is not).
@@ -53,6 +53,7 @@ impl Machine<'_> {
             return None;
         }
         let num = self.compiled_between(self.at + 3, Level::Sum, Mark::Semicolon)?;
+        self.optional_semicolon();
         let value = Value::Number(num);
         match local {
             true => self.scopes.local(symbol, value),
@@ -107,11 +108,15 @@ impl Machine<'_> {
             Directive::For => self.begin_for(jump),
             Directive::EndFor => self.next_for(at),
             Directive::Break => {
-                let tokens = &self.programs[at.program as usize].tokens;
-                if matches!(tokens[jump as usize], Token::Directive(Directive::EndFor, _)) {
-                    self.loops.pop();
+                match self.programs[at.program as usize].tokens[jump as usize] {
+                    // Whoever meets the end of a macro leaves it.
+                    Token::Directive(Directive::EndMacro, _) => self.jump(jump),
+                    Token::Directive(Directive::EndFor, _) => {
+                        self.loops.pop();
+                        self.jump(jump + 1);
+                    }
+                    _ => self.jump(jump + 1),
                 }
-                self.jump(jump + 1);
                 Ok(())
             }
             Directive::Switch => self.switch(jump),
@@ -126,14 +131,20 @@ impl Machine<'_> {
             Directive::Declare => self.declare(false),
             Directive::Local => self.declare(true),
             Directive::Undef => {
-                let (symbol, _) = self.raw_name("undef")?;
-                if self.scopes.get(symbol).is_none() {
-                    let message =
-                        format!("there is no `{}` that could be forgotten", self.symbols.name(symbol));
-                    self.warn("undef", message, self.span(self.last));
-                }
+                let (symbol, at) = self.raw_name("undef")?;
                 self.before_change(symbol)?;
-                self.scopes.undef(symbol);
+                if self.peek_raw() == Token::Mark(Mark::OpenBracket) {
+                    let place = self.element(symbol, at)?;
+                    self.charge(self.scopes.copied_by_write(&place))?;
+                    self.scopes.clear_at(&place);
+                } else {
+                    if self.scopes.get(symbol).is_none() {
+                        let message =
+                            format!("there is no `{}` that could be forgotten", self.symbols.name(symbol));
+                        self.warn("undef", message, self.span(self.last));
+                    }
+                    self.scopes.undef(symbol);
+                }
                 self.optional_semicolon();
                 Ok(())
             }
@@ -142,8 +153,12 @@ impl Machine<'_> {
             Directive::Default => self.set_default(),
             Directive::Debug => self.write_message(Stream::Debug),
             Directive::Warning => self.write_message(Stream::Warning),
-            Directive::Render => self.write_message(Stream::Render),
-            Directive::Statistics => self.write_message(Stream::Statistics),
+            Directive::Render | Directive::Statistics => {
+                let message = format!("`#{}` writes to the stream of `#debug`", directive.name());
+                self.warn("old stream", message, self.span(at));
+                let render = directive == Directive::Render;
+                self.write_message(if render { Stream::Render } else { Stream::Statistics })
+            }
             Directive::Error => {
                 let text = self.string()?;
                 self.say(Stream::Error, text.to_string());
@@ -184,30 +199,36 @@ impl Machine<'_> {
     /// `(Name)` or `(Name[i])`.
     fn is_declared(&mut self) -> Res<bool> {
         self.expect_raw(Mark::OpenParen)?;
-        let expand = std::mem::replace(&mut self.expand, false);
-        let lexeme = self.next();
-        self.expand = expand;
-        let declared = match lexeme?.token {
-            Token::Name(symbol) => {
-                let mut place = self.scopes.place(symbol);
-                while self.peek()? == Token::Mark(Mark::OpenBracket) {
-                    let array = place.as_ref().and_then(|p| self.scopes.at(p)).cloned();
-                    let index = self.subscripts(array.as_ref())?;
-                    place = match (place, index) {
-                        (Some(mut place), Some(index)) => {
-                            place.path.push(index);
-                            Some(place)
-                        }
-                        _ => None,
-                    };
-                }
-                place.is_some_and(|place| self.is_there(self.scopes.at(&place)))
-            }
-            Token::Word(_) => true,
-            _ => return Err(self.error_here("expected an identifier")),
+        let declared = match self.named_place()? {
+            Some(place) => self.is_there(self.scopes.at(&place)),
+            None => false,
         };
         self.expect(Mark::CloseParen)?;
         Ok(declared)
+    }
+
+    /// The place that `Name` or `Name[i]` means, if there is one; `None` for a word of the language or a literal too.
+    pub fn named_place(&mut self) -> Res<Option<Place>> {
+        let expand = std::mem::replace(&mut self.expand, false);
+        let lexeme = self.next();
+        self.expand = expand;
+        let mut place = match lexeme?.token {
+            Token::Name(symbol) => self.scopes.place(symbol),
+            Token::Word(_) | Token::Number(_) | Token::Vector(..) | Token::String(_) => return Ok(None),
+            _ => return Err(self.error_here("expected an identifier")),
+        };
+        while self.peek()? == Token::Mark(Mark::OpenBracket) {
+            let array = place.as_ref().and_then(|p| self.scopes.at(p)).cloned();
+            let index = self.subscripts(array.as_ref())?;
+            place = match (place, index) {
+                (Some(mut place), Some(index)) => {
+                    place.path.push(index);
+                    Some(place)
+                }
+                _ => None,
+            };
+        }
+        Ok(place)
     }
 
     /// A value that counts as declared: any but a file that is closed.
@@ -297,12 +318,9 @@ impl Machine<'_> {
             return Err(self.error_here("the step of `#for` must not be 0"));
         }
         self.expect(Mark::CloseParen)?;
-        let value = Value::Number(Num::float(first));
         self.before_change(symbol)?;
-        match self.scopes.get(symbol) {
-            Some(_) => self.scopes.declare(symbol, value),
-            None => self.scopes.local(symbol, value),
-        }
+        // A local of the macro or include that the loop is in, whatever there is outside of it (measured).
+        self.scopes.local(symbol, Value::Number(Num::float(first)));
         let body = self.at;
         self.loops.push(Loop { symbol, last, step, body });
         self.turn(first, end + 1);
@@ -441,13 +459,49 @@ impl Machine<'_> {
         // POV-Ray insists since 3.5 and says nothing in older scenes.
         if needs_semicolon && self.version > 3.1 && self.peek_behind_value()? != Token::Mark(Mark::Semicolon)
         {
-            let found = self.describe_raw();
-            return Err(
-                self.error_here(format!("expected `;` after the value of a declaration, found {found}"))
-            );
+            return self.missing_semicolon(at);
         }
         self.optional_semicolon();
+        if needs_semicolon {
+            // One too many is no mistake here (measured).
+            self.optional_semicolon();
+        }
         Ok(())
+    }
+
+    /// Tells that the declaration of the name `at` has no `;`, right behind its value. Goes on as if it had one if a statement or
+    /// directive follows.
+    fn missing_semicolon(&mut self, at: Lexeme) -> Res<()> {
+        // The value may end in a macro's body, and directives behind it may have been carried out already.
+        let value = self.last;
+        let within = at.index < value.index && (value.program, self.program) == (at.program, at.program);
+        let index = match within && value.index < self.at {
+            true => value.index,
+            false if self.returned.0 == at.program && self.returned.1 > at.index => self.returned.1 - 1,
+            false if self.program == at.program && self.at > at.index => self.at - 1,
+            false => value.index,
+        };
+        let program = if index == value.index { value.program } else { at.program };
+        let tokens = &self.programs[program as usize].tokens;
+        let behind = (index + 1).min(tokens.len() as u32 - 1);
+        let next = Lexeme { token: tokens[behind as usize], program, index: behind };
+        let found = self.describe(next);
+        let end = self.span(Lexeme { program, index, ..value });
+        let span = Span { start: end.end, ..end };
+        // A loop comes by again and again.
+        if !self.warned.insert((span, "missing semicolon")) {
+            return Ok(());
+        }
+        let message = format!("expected `;` after the value of a declaration, found {found}");
+        let error = Diagnostic::error(message, span);
+        let error = Stop::Error(Box::new(error.with_help("end the declaration with `;`")));
+        match next.token {
+            Token::Directive(..) | Token::Word(_) | Token::Name(_) | Token::End => match self.report(error) {
+                true => Ok(()),
+                false => Err(Stop::Halt(None)),
+            },
+            _ => Err(error),
+        }
     }
 
     fn assign(&mut self, symbol: Symbol, local_at: Option<usize>, value: Value) -> Res<()> {

@@ -160,7 +160,17 @@ impl Machine<'_> {
     /// `.x`, `.red` and the like, any number of times.
     pub fn suffix(&mut self, mut value: Num) -> Res<Num> {
         while self.peek_operator()? == Token::Mark(Mark::Dot) {
-            value = Num::float(self.component()?.of(&value.promoted(5)));
+            let component = self.component()?;
+            // A float has every component.
+            if let Component::Index(index) = component
+                && value.n > 1
+                && index >= value.n
+            {
+                let message =
+                    format!("a vector of {} components has no `{}`", value.n, self.text_of(self.last));
+                return Err(self.error_here(message));
+            }
+            value = Num::float(component.of(&value.promoted(5)));
         }
         Ok(value)
     }

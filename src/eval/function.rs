@@ -35,7 +35,8 @@ impl Machine<'_> {
     pub fn function(&mut self) -> Res<Value> {
         self.deeper(|m| {
             let mut names: SmallVec<[(Token, u16); 4]> = SmallVec::new();
-            if m.accept(Mark::OpenParen)? {
+            let unnamed = !m.accept(Mark::OpenParen)?;
+            if !unnamed {
                 while !m.accept(Mark::CloseParen)? {
                     let expand = std::mem::replace(&mut m.expand, false);
                     let name = m.next();
@@ -52,6 +53,11 @@ impl Machine<'_> {
                 let xyz = [Keyword::X, Keyword::Y, Keyword::Z];
                 names.extend(xyz.iter().zip(0..).map(|(word, i)| (Token::Word(*word), i)));
             }
+            let params = names.len();
+            if unnamed {
+                // Other words for the first two (measured).
+                names.extend([(Token::Word(Keyword::U), 0), (Token::Word(Keyword::V), 1)]);
+            }
             let open = m.open("function")?;
             let at = m.peek_lexeme()?;
             let called = match at.token {
@@ -62,7 +68,6 @@ impl Machine<'_> {
                 m.close("function", open)?;
                 return Ok(Value::Function(Arc::new(called)));
             }
-            let params = names.len();
             let ops = Vec::new();
             let result = Operand::Constant(0.0);
             let function =
@@ -125,15 +130,19 @@ impl Machine<'_> {
             let at = m.last;
             m.expect(Mark::OpenParen)?;
             let mut arguments: SmallVec<[f64; 8]> = SmallVec::new();
+            let mut other_curve = None;
             while m.peek()? != Token::Mark(Mark::CloseParen) {
                 // A point may be given as a vector.
                 let value = m.expr()?;
                 arguments.extend_from_slice(&value.v[..usize::from(value.n)]);
                 m.comma()?;
-                // The second argument of a spline may be another kind of curve; it is one already.
-                if matches!(called.value, Callee::Spline(_)) {
-                    m.spline_kind()?;
+                // The second argument of a spline may be another kind of curve.
+                if let Callee::Spline(spline) = &called.value {
                     arguments.truncate(1);
+                    if let Some(kind) = m.spline_kind()? {
+                        m.count_steps(spline.len() as u64)?;
+                        other_curve = Some(Callee::Spline(Arc::new(spline.of_kind(kind))));
+                    }
                 }
             }
             m.expect(Mark::CloseParen)?;
@@ -144,7 +153,7 @@ impl Machine<'_> {
                 [color.rgb.x, color.rgb.y, color.rgb.z, color.filter, color.transmit]
             };
             let mut around = Surroundings { steps: CALL_STEPS, pigment: &pigment };
-            let v = called.value.values(&arguments, &mut around);
+            let v = other_curve.as_ref().unwrap_or(&called.value).values(&arguments, &mut around);
             m.count_steps(CALL_STEPS - around.steps)?;
             let Some(v) = v else {
                 return Err(m.halt(format!("stopped: a function's value takes more than {CALL_STEPS} steps")));

@@ -87,6 +87,8 @@ pub(super) struct Machine<'a> {
     pub ready: bool,
     /// The last token taken.
     pub last: Lexeme,
+    /// Where the last macro or include to end was called from: the token behind the call, and its program first.
+    pub returned: (u32, u32),
     /// How many scopes were open where the declaration under way began.
     pub declare_depth: usize,
     /// Braces open around the next token.
@@ -101,6 +103,8 @@ pub(super) struct Machine<'a> {
     pub version_set: bool,
     pub gamma_set: bool,
     pub camera_set: bool,
+    /// POV-Ray reads other characters in strings as blanks.
+    pub ascii: bool,
     /// A `#version` in the scene's own text that is not its first statement.
     pub late_version: Option<Span>,
     /// What `#default` has made of the texture, and the same shared among the objects that have no other.
@@ -143,6 +147,7 @@ impl<'a> Machine<'a> {
             at: 0,
             ready: false,
             last: start,
+            returned: (0, 0),
             declare_depth: 0,
             braces: 0,
             nesting: 0,
@@ -154,6 +159,7 @@ impl<'a> Machine<'a> {
             version_set: false,
             gamma_set: false,
             camera_set: false,
+            ascii: true,
             late_version: None,
             default_texture: Default::default(),
             default_shared: None,

@@ -146,6 +146,17 @@ impl Scopes {
         found
     }
 
+    /// Forgets the array element at a place.
+    pub fn clear_at(&mut self, place: &Place) {
+        let Some((&last, front)) = place.path.split_last() else { return };
+        let array = Place { symbol: place.symbol, binding: place.binding, path: front.into() };
+        if let Some(Value::Array(array)) = self.at_mut(&array)
+            && let Some(cell) = Arc::make_mut(array).items.get_mut(last)
+        {
+            *cell = None;
+        }
+    }
+
     /// Tells the arrays on the way to `place` that `inner` arrays within each other are there now.
     fn deepen(&mut self, place: &Place, inner: usize) {
         for down in 0..place.path.len() {

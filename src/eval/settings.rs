@@ -90,10 +90,11 @@ impl Machine<'_> {
             }
             K::Charset => {
                 self.next()?;
-                if !matches!(self.peek()?, Token::Word(K::Ascii | K::Utf8 | K::Sys)) {
+                let Token::Word(charset @ (K::Ascii | K::Utf8 | K::Sys)) = self.peek()? else {
                     return self.expected("`ascii`, `utf8` or `sys`");
-                }
+                };
                 self.next()?;
+                self.ascii = charset == K::Ascii;
             }
             K::Radiosity => {
                 self.next()?;

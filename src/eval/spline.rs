@@ -30,6 +30,9 @@ impl Machine<'_> {
                 m.comma()?;
             }
             m.close("spline", open)?;
+            if spline.is_empty() {
+                return Err(m.error("a `spline` wants at least one point", m.span(open)));
+            }
             spline.settle();
             Ok(spline)
         })

@@ -1,7 +1,7 @@
 //! The statements of a scene file, and everything that can stand to the right of `#declare Name =`.
 
 use super::color::is_rgb;
-use super::machine::{Machine, Res, Stop};
+use super::machine::{Machine, Res};
 use super::normal::Normals;
 use super::object::is_object;
 use super::patterned::Spread;
@@ -12,7 +12,6 @@ use super::value::{NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{Finish, Gamma, Normal};
 use std::sync::Arc;
-use std::sync::atomic::AtomicU32;
 
 impl Machine<'_> {
     /// Runs the scene to its end, whatever is wrong in it.
@@ -168,8 +167,8 @@ impl Machine<'_> {
             }
             _ if is_string_function(word) => Value::String(self.string()?),
             K::Seed => {
-                let Value::Number(seed) = Value::Number(self.expr()?) else { return Err(Stop::Silent) };
-                Value::Random(Arc::new(AtomicU32::new(seed.v[0] as i64 as u32)))
+                let seed = self.expr()?.v[0];
+                Value::Random(Arc::new(super::builtin::random_stream(seed)))
             }
             K::Array => {
                 self.next()?;

@@ -3,7 +3,15 @@
 use super::machine::{Machine, Res, Stop};
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
+use chrono::format::StrftimeItems;
+use std::fmt::Write;
 use std::sync::Arc;
+
+/// Characters of the longest number that POV-Ray writes; it takes a shorter form for a longer one.
+const LONGEST_NUMBER: usize = 254;
+
+/// 2000-01-01 00:00:00 UTC, in seconds since 1970.
+const YEAR_2000: f64 = 946_684_800.0;
 
 /// Bytes of the longest string; a script that doubles one over and over must be stopped in time.
 const LONGEST: usize = 1 << 24;
@@ -56,8 +64,15 @@ impl Machine<'_> {
         match self.peek()? {
             Token::String(index) => {
                 let lexeme = self.next()?;
-                let text = &self.programs[lexeme.program as usize].strings[index as usize];
-                Ok(if path { text.clone() } else { unescaped(text) })
+                let text = self.programs[lexeme.program as usize].strings[index as usize].clone();
+                if path {
+                    return Ok(text);
+                }
+                if let Some(odd) = text.chars().find(|c| self.ascii && !c.is_ascii()) {
+                    let message = format!("`{odd}` is no ASCII: POV-Ray has blanks for it");
+                    self.warn("not ASCII", message, self.span(lexeme));
+                }
+                unescaped(&text).map_err(|why| self.error(why, self.span(lexeme)))
             }
             Token::Name(_) => {
                 let lexeme = self.next()?;
@@ -95,8 +110,19 @@ impl Machine<'_> {
                 text
             }
             Keyword::Chr => {
-                let code = self.float()?;
-                char::from_u32(code as u32).map_or(String::new(), String::from)
+                let start = self.peek_lexeme()?;
+                let code = self.float()?.trunc();
+                if !(0.0..=65535.0).contains(&code) {
+                    let span = self.span(start).to(self.span(self.last));
+                    return Err(
+                        self.error(format!("expected a character's code of 0 to 65535, found {code}"), span)
+                    );
+                }
+                match code as u32 {
+                    // The end of the string.
+                    0 => String::new(),
+                    code => char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER).into(),
+                }
             }
             Keyword::Str => {
                 let value = self.float()?;
@@ -109,7 +135,8 @@ impl Machine<'_> {
             Keyword::Vstr => {
                 let count = self.float()?.clamp(2.0, 5.0) as usize;
                 self.comma()?;
-                let value = self.expr()?.promoted(count as u8);
+                // A float is the first component (measured).
+                let value = self.expr()?.v;
                 self.comma()?;
                 let between = self.string()?;
                 self.comma()?;
@@ -129,6 +156,12 @@ impl Machine<'_> {
                 self.comma()?;
                 let len = self.float()?;
                 let count = text.chars().count() as f64;
+                if start.trunc() == 0.0 {
+                    let message = "`substr` counts characters from 1: from 0 on it gives nothing";
+                    self.warn("substr from 0", message, self.span(self.last));
+                    self.expect(Mark::CloseParen)?;
+                    return Ok(String::new());
+                }
                 if !(start >= 1.0 && len >= 0.0 && start + len - 1.0 <= count) {
                     let message =
                         format!("the string has {count} characters, found `substr` of {start}, {len}");
@@ -136,16 +169,31 @@ impl Machine<'_> {
                 }
                 text.chars().skip(start as usize - 1).take(len as usize).collect()
             }
-            // `datetime` would make a scene mean something else every second.
-            _ => {
-                self.float()?;
-                if self.accept(Mark::Comma)? {
-                    self.string()?;
-                }
-                "1970-01-01 00:00:00Z".into()
-            }
+            _ => self.date_and_time()?,
         };
         self.expect(Mark::CloseParen)?;
+        Ok(text)
+    }
+
+    /// `datetime(days since 2000, format)`: the format is that of C's `strftime`, the time UTC.
+    fn date_and_time(&mut self) -> Res<String> {
+        let start = self.peek_lexeme()?;
+        let days = self.float()?;
+        let format: Arc<str> = match self.accept(Mark::Comma)? {
+            true => self.string()?,
+            false => "%Y-%m-%d %H:%M:%SZ".into(),
+        };
+        let span = self.span(start).to(self.span(self.last));
+        let Some(date) = chrono::DateTime::from_timestamp((YEAR_2000 + days * 86400.0).floor() as i64, 0)
+        else {
+            return Err(self.error(format!("there is no date {days} days after 2000-01-01"), span));
+        };
+        let items: Vec<_> = StrftimeItems::new(&format).collect();
+        let mut text = String::new();
+        let written = write!(text, "{}", date.format_with_items(items.iter()));
+        if items.is_empty() || written.is_err() {
+            return Err(self.error("expected a format such as \"%Y-%m-%d %H:%M:%S\"", span));
+        }
         Ok(text)
     }
 }
@@ -157,24 +205,56 @@ pub(super) fn is_string_function(word: Keyword) -> bool {
 }
 
 /// As C's `printf` with `%*.*f`; a negative number of digits means six, a width below 0 fills with zeros
-/// (manual section 3.1.8.2).
+/// (manual section 3.1.8.2). What is too long for POV-Ray's buffer is written as by `%*.*g`, or not at all (measured).
 pub(super) fn format_number(value: f64, width: f64, digits: f64) -> String {
-    let digits = if digits < 0.0 { 6 } else { digits.min(100.0) as usize };
+    let digits = if digits < 0.0 { 6 } else { digits.min(1000.0) as usize };
     let fill = width.abs().min(1000.0) as usize;
     if !value.is_finite() {
         let text = if value.is_nan() { "nan" } else { "inf" };
         let sign = if value.is_sign_negative() { "-" } else { "" };
         return format!("{:>fill$}", format!("{sign}{text}"));
     }
-    if width < 0.0 { format!("{value:0fill$.digits$}") } else { format!("{value:fill$.digits$}") }
+    let text = if width < 0.0 { format!("{value:0fill$.digits$}") } else { format!("{value:fill$.digits$}") };
+    if text.len() <= LONGEST_NUMBER {
+        return text;
+    }
+    let text = general(value, digits);
+    let zeros = fill.saturating_sub(text.len());
+    let text = match text.strip_prefix('-') {
+        _ if width >= 0.0 => format!("{text:>fill$}"),
+        Some(digits) => format!("-{:0>zeros$}{digits}", ""),
+        None => format!("{:0>zeros$}{text}", ""),
+    };
+    if text.len() <= LONGEST_NUMBER { text } else { "<invalid>".into() }
 }
 
-/// A literal's text with its escapes resolved.
-pub(super) fn unescaped(text: &Arc<str>) -> Arc<str> {
-    if text.contains('\\') { unescape(text).into() } else { text.clone() }
+/// As C's `%.*g`: so many digits in all, without needless zeros, with an exponent where it is shorter.
+pub(super) fn general(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return format_number(value, 0.0, 0.0);
+    }
+    let behind_first = digits.max(1) - 1;
+    let scientific = format!("{value:.behind_first$e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trimmed = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text.to_string(),
+    };
+    if (-4..=behind_first as i32).contains(&exponent) {
+        trimmed(&format!("{value:.*}", (behind_first as i32 - exponent) as usize))
+    } else {
+        let sign = if exponent < 0 { '-' } else { '+' };
+        format!("{}e{sign}{:02}", trimmed(mantissa), exponent.abs())
+    }
 }
 
-fn unescape(text: &str) -> String {
+/// A literal's text with its escapes resolved, or what is wrong with them.
+pub(super) fn unescaped(text: &Arc<str>) -> Result<Arc<str>, String> {
+    if text.contains('\\') { unescape(text).map(Into::into) } else { Ok(text.clone()) }
+}
+
+fn unescape(text: &str) -> Result<String, String> {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();
     while let Some(c) = chars.next() {
@@ -191,18 +271,47 @@ fn unescape(text: &str) -> String {
             Some('t') => out.push('\t'),
             Some('v') => out.push('\u{b}'),
             Some('u') => {
-                let code: String = chars.clone().take(4).collect();
-                match u32::from_str_radix(&code, 16).ok().and_then(char::from_u32) {
-                    Some(c) if code.len() == 4 => {
-                        out.push(c);
-                        chars.nth(3);
+                let code: String = chars.by_ref().take(4).collect();
+                let digits = code.len() == 4 && code.bytes().all(|b| b.is_ascii_hexdigit());
+                match u32::from_str_radix(&code, 16) {
+                    Ok(code) if digits => {
+                        out.push(char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER))
                     }
-                    _ => out.push('u'),
+                    _ => return Err(format!("expected four hexadecimal digits after `\\u`, found `{code}`")),
                 }
             }
-            Some(other) => out.push(other),
+            Some(same @ ('\\' | '"' | '\'')) => out.push(same),
+            Some(other) => {
+                return Err(format!(
+                    "there is no escape `\\{}` in strings: for a backslash write two",
+                    other.escape_debug()
+                ));
+            }
             None => {}
         }
     }
-    out
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::general;
+
+    #[test]
+    fn numbers_are_written_as_c_s_percent_g() {
+        for (value, expected) in [
+            (1.0, "1"),
+            (1.5, "1.5"),
+            (-2.25e-7, "-2.25e-07"),
+            (1e20, "1e+20"),
+            (std::f64::consts::PI, "3.14159"),
+            (123456789.123, "1.23457e+08"),
+            (0.0001, "0.0001"),
+            (999999.5, "1e+06"),
+            (100000.0, "100000"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(general(value, 6), expected);
+        }
+    }
 }

@@ -54,6 +54,7 @@ impl Machine<'_> {
         self.deeper(|m| {
             let open = m.open("transform")?;
             let mut transform = Transform::IDENTITY;
+            let mut inverted = false;
             loop {
                 if let Some(next) = m.take_named(named)? {
                     transform = transform.then(&next);
@@ -61,8 +62,9 @@ impl Machine<'_> {
                 }
                 let Token::Word(word) = m.peek()? else { break };
                 if word == Keyword::Inverse {
+                    // Of the whole, wherever and how often it stands (measured).
                     m.next()?;
-                    transform = transform.inverted();
+                    inverted = true;
                 } else if word == Keyword::Function || word == Keyword::Spline {
                     let message = format!("not modelled yet: `{}` in a transform", word.text());
                     return Err(m.error_at_next(message));
@@ -74,7 +76,7 @@ impl Machine<'_> {
                 }
             }
             m.close("transform", open)?;
-            Ok(transform)
+            Ok(if inverted { transform.inverted() } else { transform })
         })
     }
 

@@ -46,6 +46,8 @@ struct Open {
     branch: usize,
     /// Every `#break` that leaves it.
     breaks: Vec<usize>,
+    /// Its `#else` has come by: nothing but the `#end` may follow.
+    last_branch: bool,
 }
 
 /// Errors beyond this many are not told: they are all of one kind.
@@ -76,11 +78,18 @@ pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             | Directive::While
             | Directive::For
             | Directive::Switch
-            | Directive::Macro => open.push(Open { directive, at, branch: at, breaks: Vec::new() }),
+            | Directive::Macro => {
+                open.push(Open { directive, at, branch: at, breaks: Vec::new(), last_branch: false })
+            }
             Directive::Elseif | Directive::Else | Directive::Case | Directive::Range => {
                 let switch = matches!(directive, Directive::Case | Directive::Range);
                 match open.last_mut() {
-                    Some(top) if top.accepts(directive) => {
+                    Some(top) if top.last_branch && top.may_have(directive) => {
+                        let message =
+                            format!("expected `#end` after the `#else`, found `#{}`", directive.name());
+                        errors.push(Diagnostic::error(message, program.span(at)));
+                    }
+                    Some(top) if top.may_have(directive) => {
                         let directive = match (directive, top.directive) {
                             (Directive::Else, Directive::Switch) => Directive::SwitchElse,
                             _ => directive,
@@ -88,6 +97,7 @@ pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
                         set_jump(program, top.branch, at);
                         program.tokens[at] = Token::Directive(directive, 0);
                         top.branch = at;
+                        top.last_branch = matches!(directive, Directive::Else | Directive::SwitchElse);
                     }
                     _ => {
                         let opener = if switch { "#switch" } else { "#if" };
@@ -105,8 +115,9 @@ pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
                     )
                 });
                 match target {
-                    Some(target) if target.directive != Directive::Macro => target.breaks.push(at),
-                    _ => errors
+                    // Outside of its own loops a macro's `#break` leaves the macro (measured).
+                    Some(target) => target.breaks.push(at),
+                    None => errors
                         .push(Diagnostic::error("`#break` outside of a loop or `#switch`", program.span(at))),
                 }
             }
@@ -150,8 +161,8 @@ fn set_jump(program: &mut Program, at: usize, to: usize) {
 }
 
 impl Open {
-    /// True if `branch` may follow: nothing but `#end` after an `#else` of `#if`.
-    fn accepts(&self, branch: Directive) -> bool {
+    /// True if `branch` is one of its own.
+    fn may_have(&self, branch: Directive) -> bool {
         match self.directive {
             Directive::If | Directive::Ifdef | Directive::Ifndef => {
                 matches!(branch, Directive::Elseif | Directive::Else)

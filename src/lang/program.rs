@@ -113,7 +113,7 @@ pub enum Directive {
     Range,
     /// Of a `#switch`; jumps to its `#end`.
     SwitchElse,
-    /// Jumps to the `#end` of the innermost loop or switch.
+    /// Jumps to the `#end` of the innermost loop, switch or macro.
     Break,
     /// Jumps to its `#end`.
     Macro,

@@ -78,15 +78,27 @@ impl Spline {
         }
     }
 
+    /// The same points with another kind of curve between them.
+    pub fn of_kind(&self, kind: SplineKind) -> Spline {
+        let mut spline = Spline { kind, ..self.clone() };
+        spline.settle();
+        spline
+    }
+
     /// The value at `t`; before the first and behind the last point it stays what it is there.
     pub fn value(&self, t: f64) -> [f64; 5] {
         let n = self.points.len();
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return [0.0; 5] };
+        if self.kind == SplineKind::Cubic && n < 4 {
+            // No segment has a neighbour on either side: the middle of the points (measured).
+            let (a, b) = (self.points[(n - 1) / 2].1, self.points[n / 2].1);
+            return std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
+        }
         if !(t > first.0) {
-            return if self.kind == SplineKind::Cubic && n > 3 { self.points[1].1 } else { first.1 };
+            return if self.kind == SplineKind::Cubic { self.points[1].1 } else { first.1 };
         }
         if t >= last.0 {
-            return if self.kind == SplineKind::Cubic && n > 3 { self.points[n - 2].1 } else { last.1 };
+            return if self.kind == SplineKind::Cubic { self.points[n - 2].1 } else { last.1 };
         }
         // The segment from point `i` to the next.
         let i = self.points.partition_point(|point| point.0 <= t) - 1;
@@ -94,7 +106,7 @@ impl Spline {
         for (c, value) in value.iter_mut().enumerate() {
             *value = match self.kind {
                 SplineKind::Quadratic if n > 2 => self.parabola(i.max(1), c, t),
-                SplineKind::Cubic if n > 3 => self.cubic(i, c, t),
+                SplineKind::Cubic => self.cubic(i, c, t),
                 SplineKind::Natural => self.natural(i, c, t),
                 _ => self.straight(i, c, t),
             };

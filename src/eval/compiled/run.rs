@@ -68,7 +68,14 @@ impl<'a> Run<'a> {
             | Node::AxisRotate(..) => {
                 return None;
             }
-            Node::Component(component, of) => self.num(*of)?.promoted(5)[*component],
+            Node::Component(component, of) => {
+                let num = self.num(*of)?;
+                // The reader tells of a component that is not there.
+                if num.n > 1 && *component >= usize::from(num.n) {
+                    return None;
+                }
+                num.promoted(5)[*component]
+            }
             Node::Negative(of) => -self.operand(*of)?,
             Node::Not(of) => f64::from(self.operand(*of)?.abs() < EQUAL_WITHIN),
             Node::Add(a, b) => self.operand(*a)? + self.operand(*b)?,
@@ -101,7 +108,7 @@ impl<'a> Run<'a> {
             Node::One(f, of) => Some(f(self.operand(*of)?)).filter(|value| *value > f64::NEG_INFINITY)?,
             Node::Two(f, a, b) => {
                 let a = self.operand(*a)?;
-                f(a, self.operand(*b)?)
+                Some(f(a, self.operand(*b)?)).filter(|value| !value.is_nan())?
             }
             Node::Length(of) => self.vector(*of)?.length(),
             Node::Dot(a, b) => {
