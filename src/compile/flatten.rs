@@ -327,7 +327,10 @@ impl<S: Scalar> Pass<S> {
             .fold(0, |bits, (tag, _): (&Tag, _)| bits | tag.class);
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
-        self.csg.push_composite(first, first_node, root, bounds);
+        // A disc's bounds hold its surface, but not the half space that is its inside.
+        let has_disc = self.csg.parts[first as usize..].iter().any(|part| part.kind == Kind::Disc as u8);
+        let reach = if has_disc { Aabb::INFINITE } else { bounds };
+        self.csg.push_composite(first, first_node, root, (bounds, reach));
         let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
         self.composites.push(Tag { class, ..tag });
         self.part_tags.extend(tags);

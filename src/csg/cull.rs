@@ -1,6 +1,7 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::{Composite, Constraint, CsgNode, CsgTree, NodeKind};
+use super::nearest::Near;
+use super::{Composite, CsgNode, CsgTree, NodeKind};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
 use std::ops::Range;
@@ -12,6 +13,12 @@ const BOUNDS_SLACK: f64 = 4.0 * f32::UNIT_ROUNDOFF;
 /// What a plane's distance along a ray may be off by, of its size: roundings of the difference, the inverse direction and
 /// the product, doubled for either side, with room.
 const DISTANCE_PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
+
+/// In place of a part's place in the list of those that are near.
+pub(super) const NOT_NEAR: u32 = u32::MAX;
+
+/// So few parts are asked one by one at once.
+const FEW: usize = 3;
 
 /// Where eight rays are in relation to a node of a composite, as far as bounds tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,26 +70,76 @@ struct Interval {
 }
 
 impl Interval {
-    /// Over the lanes given.
-    #[inline(always)]
-    fn of(x: f32x8, lanes: Mask<f32x8>) -> Self {
-        let none = f32x8::lit(f64::NEG_INFINITY);
-        Self { least: -highest(lanes.select(-x, none)), most: highest(lanes.select(x, none)) }
-    }
-
     /// By `slack` wider on either side.
     fn widened(self, slack: f32) -> Self {
         Self { least: (self.least - slack).next_down(), most: (self.most + slack).next_up() }
     }
 }
 
+/// The least and the most of seven numbers over the lanes given, all at once.
+#[inline(always)]
+fn ends([a, b, c, d, e, f, g]: [f32x8; 7], lanes: u8) -> [[f32; LANES]; 2] {
+    let (live, first) = (Mask::from_bits(lanes), lanes.trailing_zeros() as usize & (LANES - 1));
+    let rows = [a, b, c, d, e, f, g, g].map(|x| live.select(x, f32x8::splat(x.lanes()[first])));
+    let [a, b, c, d, e, f, g, h] = f32x8::transpose(rows);
+    let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
+    let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
+    [least.to_array(), most.to_array()]
+}
+
+/// The stretches of eight rays that bounds leave: from `enter` to `leave`, nothing where that is the other way round. Padded
+/// for rounding, so that a place counts as within also where its own distance is rounded to single precision.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Span {
+    pub(super) enter: f32x8,
+    pub(super) leave: f32x8,
+}
+
+impl Span {
+    /// All along.
+    pub(super) fn all() -> Self {
+        Self { enter: f32x8::lit(f64::NEG_INFINITY), leave: f32x8::lit(f64::INFINITY) }
+    }
+
+    /// From the start up to `t_far`.
+    #[inline(always)]
+    pub(super) fn up_to(t_far: f64x8) -> Self {
+        Self { enter: f32x8::zero(), leave: f32x8::from_f64s(t_far) }
+    }
+
+    /// Lanes in which something is left.
+    #[inline(always)]
+    pub(super) fn lanes(&self) -> u8 {
+        self.enter.le(self.leave).bits()
+    }
+
+    /// What is left of it between two distances; NaN leaves nothing.
+    #[inline(always)]
+    pub(super) fn narrowed(&self, from: f64x8, to: f64x8, slack: f32x8) -> Self {
+        let (from, to, pad) = (f32x8::from_f64s(from), f32x8::from_f64s(to), f32x8::lit(DISTANCE_PAD));
+        // The bound second would let NaN lose.
+        Self {
+            enter: self.enter.max(from - (from.abs() * pad + slack)),
+            leave: self.leave.min(to + (to.abs() * pad + slack)),
+        }
+    }
+
+    /// Lanes in which the place is within.
+    #[inline(always)]
+    pub(super) fn holds(&self, about: f32x8) -> u8 {
+        (self.enter.le(about) & about.le(self.leave)).bits()
+    }
+}
+
 /// Eight rays as bounds see them: in single precision, whatever that of the parts.
 #[derive(Debug, Clone)]
 pub struct Stretch {
-    origin: Vec3<f32x8>,
+    /// The starts moved up by the slack, as low corners see them, and down, as high ones do.
+    up: Vec3<f32x8>,
+    down: Vec3<f32x8>,
     inverse: Vec3<f32x8>,
     /// How much wider the bounds are taken.
-    slack: f32x8,
+    pub(super) slack: f32x8,
     /// Origin and inverse direction by axis over all rays; `None` if they go several ways.
     group: Option<[[Interval; 2]; 3]>,
 }
@@ -92,24 +149,22 @@ impl Stretch {
     pub fn new(rays: &Rays<f64x8>, lanes: u8) -> Self {
         let (origin, inverse) = (rays.origin.cast::<f32x8>(), rays.dir.cast::<f32x8>().slab_inverse());
         let slack = origin.abs().max_element() * f32x8::lit(BOUNDS_SLACK);
-        let one_octant = [inverse.x, inverse.y, inverse.z].into_iter().all(|i| {
-            let negative = i.lt(f32x8::zero()).bits() & lanes;
-            negative == 0 || negative == lanes
-        });
+        let [least, most] =
+            ends([origin.x, origin.y, origin.z, inverse.x, inverse.y, inverse.z, slack], lanes);
+        let one_octant = (3..6).all(|axis| most[axis] < 0.0 || least[axis] >= 0.0);
         let group = one_octant.then(|| {
-            let lanes = Mask::from_bits(lanes);
-            let widest = Interval::of(slack, lanes).most;
-            let axis = |o, i| [Interval::of(o, lanes).widened(widest), Interval::of(i, lanes)];
-            [axis(origin.x, inverse.x), axis(origin.y, inverse.y), axis(origin.z, inverse.z)]
+            let of = |k: usize| Interval { least: least[k], most: most[k] };
+            [0, 1, 2].map(|axis| [of(axis).widened(most[6]), of(axis + 3)])
         });
-        Self { origin, inverse, slack, group }
+        let around = Vec3::new(slack, slack, slack);
+        Self { up: origin + around, down: origin - around, inverse, slack, group }
     }
 
-    /// A bit for each part of a block that some ray may meet or start within, by one interval test for all eight
+    /// A bit for each part of a block that some ray may meet between `from` and `to`, by one interval test for all eight
     /// (Boulos, Wald, Shirley 2006, Geometric and arithmetic culling methods for entire ray packets).
-    fn may_meet_block(&self, block: &BoundsBlock) -> u8 {
+    fn may_meet_block(&self, block: &BoundsBlock, from: f32, to: f32) -> u8 {
         let Some(axes) = &self.group else { return !0 };
-        let (mut near, mut far) = (f32x8::lit(f64::NEG_INFINITY), f32x8::lit(f64::INFINITY));
+        let (mut near, mut far) = (f32x8::splat(from), f32x8::splat(to));
         for (axis, [origin, inverse]) in axes.iter().enumerate() {
             let (least, most) = (f32x8::splat(inverse.least), f32x8::splat(inverse.most));
             let (low, high) = (f32x8::from_array(block.min[axis]), f32x8::from_array(block.max[axis]));
@@ -126,65 +181,81 @@ impl Stretch {
         (near - near.abs() * pad).le(far + far.abs() * pad).bits()
     }
 
-    /// Whether one of the rays `lanes` may meet the part in lane `k` of a block before `t_far` or start within it; a `closed`
-    /// one is passed when its bounds are.
+    /// What a box leaves of `within`.
     #[inline(always)]
-    fn may_meet(&self, (block, k): (&BoundsBlock, usize), closed: bool, t_far: f32x8, lanes: u8) -> bool {
-        let corner = |corner: &[[f32; LANES]; 3]| {
-            Vec3::new(f32x8::splat(corner[0][k]), f32x8::splat(corner[1][k]), f32x8::splat(corner[2][k]))
-        };
-        let slack = Vec3::new(self.slack, self.slack, self.slack);
-        let low = (corner(&block.min) - slack - self.origin).mul(self.inverse);
-        let high = (corner(&block.max) + slack - self.origin).mul(self.inverse);
-        let first = if closed { f32x8::zero() } else { f32x8::lit(f64::NEG_INFINITY) };
-        let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(first);
-        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z)).min(t_far);
+    fn span(&self, min: [f32; 3], max: [f32; 3], within: &Span) -> Span {
+        let corner = |c: [f32; 3]| Vec3::new(f32x8::splat(c[0]), f32x8::splat(c[1]), f32x8::splat(c[2]));
+        let low = (corner(min) - self.up).mul(self.inverse);
+        let high = (corner(max) - self.down).mul(self.inverse);
+        let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(within.enter);
+        let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z)).min(within.leave);
         let pad = f32x8::lit(DISTANCE_PAD);
-        let meets = (near - near.abs() * pad).le(far + (far.abs() * pad + self.slack));
-        meets.bits() & lanes != 0
+        Span { enter: near - near.abs() * pad, leave: far + (far.abs() * pad + self.slack) }
     }
 }
 
 impl CsgTree {
-    /// Lists the parts that the rays `lanes` may meet before `t_far`, and says for each node of the composite on which side of it
-    /// the rays are; false if they are outside of the whole and no part that they may meet can be a surface of it.
+    /// What the composite's bounds leave of `within`; `None` if that is nothing.
+    #[inline(always)]
+    pub(super) fn span(
+        &self,
+        composite: &Composite,
+        stretch: &Stretch,
+        within: Span,
+        lanes: u8,
+    ) -> Option<Span> {
+        let [min, max] = composite.box_around;
+        let span = stretch.span(min, max, &within);
+        (span.lanes() & lanes != 0).then_some(span)
+    }
+
+    /// Adds to `near` the other parts that the rays `lanes` may meet `within` a stretch. `places` finds a part in the list.
     pub(super) fn cull(
         &self,
         composite: &Composite,
-        (stretch, t_far, lanes): (&Stretch, f64x8, u8),
-        near: &mut Vec<u32>,
-        sides: &mut Vec<Side>,
-    ) -> bool {
-        let t_far = f32x8::from_f64s(t_far);
-        sides.clear();
-        sides.extend_from_slice(&self.outside[composite.nodes.start as usize..composite.nodes.end as usize]);
-        near.clear();
+        (stretch, within, lanes): (&Stretch, &Span, u8),
+        (near, places): (&mut Vec<Near>, &mut [u32]),
+    ) {
+        if composite.parts.len() == near.len() {
+            return;
+        }
+        // Of what is not closed, what lies behind the rays counts too.
+        let from_behind = Span { enter: Span::all().enter, ..*within };
+        let few = composite.parts.len() <= FEW;
+        let (mut least, mut most) = (f32::NEG_INFINITY, f32::INFINITY);
+        if !few {
+            let from = if composite.closed { within.enter } else { from_behind.enter };
+            let (live, none) = (Mask::from_bits(lanes), f32x8::lit(f64::NEG_INFINITY));
+            (least, most) = (-highest(live.select(-from, none)), highest(live.select(within.leave, none)));
+        }
         let blocks = composite.bounds_blocks.start as usize..composite.bounds_blocks.end as usize;
-        for (first, block) in composite.parts.clone().step_by(LANES).zip(&self.bounds[blocks]) {
+        for (first, block) in (0..).step_by(LANES).zip(&self.bounds[blocks]) {
             // Where the group test says yes, ray by ray.
-            let mut waiting = stretch.may_meet_block(block);
+            let mut waiting = if few { !0 } else { stretch.may_meet_block(block, least, most) };
             while waiting != 0 {
-                let k = waiting.trailing_zeros();
-                let number = first + k;
+                let k = waiting.trailing_zeros() as usize & (LANES - 1);
                 waiting &= waiting - 1;
-                if number >= composite.parts.end {
+                let Some(place) = places.get_mut(first + k).filter(|_| first + k < composite.parts.len())
+                else {
                     break;
+                };
+                if *place != NOT_NEAR {
+                    continue; // It is known.
                 }
-                let part = &self.parts[number as usize];
-                if stretch.may_meet((block, k as usize), part.closed, t_far, lanes) {
-                    near.push(number);
-                    sides[(part.node - composite.nodes.start) as usize] = Side::Either;
+                let number = composite.parts.start + (first + k) as u32;
+                let closed = self.parts[number as usize].closed;
+                let corner = |corner: &[[f32; LANES]; 3]| [corner[0][k], corner[1][k], corner[2][k]];
+                let (min, max) = (corner(&block.min), corner(&block.max));
+                let mut span = stretch.span(min, max, if closed { within } else { &from_behind });
+                if span.lanes() & lanes != 0 {
+                    if !closed {
+                        span = Span { enter: from_behind.enter, leave: Span::all().leave };
+                    }
+                    *place = near.len() as u32;
+                    near.push(Near::new(number, span));
                 }
             }
         }
-        if !near.is_empty() {
-            for &number in &self.inner[composite.inner.start as usize..composite.inner.end as usize] {
-                let place = (number - composite.nodes.start) as usize;
-                sides[place] = self.side(&self.nodes[number as usize], sides, composite.nodes.start);
-            }
-        }
-        let outside = sides[(composite.root - composite.nodes.start) as usize] == Side::Outside;
-        !outside || near.iter().any(|&part| self.may_be_surface(composite, part, sides))
     }
 
     /// The side of a node made of others, whose sides (by number from `first` on) are known.
@@ -208,44 +279,77 @@ impl CsgTree {
         if node.inverted { side.inverted() } else { side }
     }
 
-    /// Completes a composite whose parts (from `first_part` on) and nodes (from `first_node` on) are the last.
-    pub fn push_composite(&mut self, first_part: u32, first_node: u32, root: u32, bounds: Aabb) {
+    /// Completes a composite whose parts (from `first_part` on) and nodes (from `first_node` on) are the last. Its surfaces lie
+    /// within `bounds`, and those and its inside within `reach`.
+    pub fn push_composite(
+        &mut self,
+        first_part: u32,
+        first_node: u32,
+        root: u32,
+        (bounds, reach): (Aabb, Aabb),
+    ) {
         let parts = first_part..self.parts.len() as u32;
         let nodes = first_node..self.nodes.len() as u32;
-        let (first_block, first_inner) = (self.bounds.len() as u32, self.inner.len() as u32);
+        let first_block = self.bounds.len() as u32;
         let boxes: Vec<Aabb> = self.parts[first_part as usize..].iter().map(|part| part.bounds).collect();
         self.bounds.extend(boxes.chunks(LANES).map(BoundsBlock::new));
         for number in nodes.clone() {
             let node = &self.nodes[number as usize];
             let side = self.side(node, &self.outside[first_node as usize..], first_node);
+            let below = match &node.kind {
+                NodeKind::Part(number) => bit_of(number - first_part),
+                NodeKind::All(list) | NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) => {
+                    let children = &self.lists[list.start as usize..list.end as usize];
+                    children.iter().fold(0, |bits, &child| bits | self.below[child as usize])
+                }
+            };
             self.outside.push(side);
-            if !matches!(node.kind, NodeKind::Part(_)) {
-                self.inner.push(number);
-            }
+            self.below.push(below);
         }
         let bounds_blocks = first_block..self.bounds.len() as u32;
-        let inner = first_inner..self.inner.len() as u32;
-        self.composites.push(Composite { parts, nodes, inner, bounds_blocks, bounds, root });
+        let closed = self.parts[first_part as usize..].iter().all(|part| part.closed);
+        let outward = BoundsBlock::new(&[reach]);
+        let box_around = [outward.min, outward.max].map(|corner| corner.map(|axis| axis[0]));
+        let (first_required, first_needed) = (self.required.len() as u32, self.needed.len() as u32);
+        self.require(root);
+        let required = first_required..self.required.len() as u32;
+        let needed = first_needed..self.needed.len() as u32;
+        self.composites.push(Composite {
+            parts,
+            nodes,
+            required,
+            needed,
+            bounds_blocks,
+            bounds,
+            box_around,
+            closed,
+            root,
+        });
     }
 
-    /// False if what is known of the sides rules out that a crossing of the part is a surface of the whole.
-    fn may_be_surface(&self, composite: &Composite, part: u32, sides: &[Side]) -> bool {
-        let part = &self.parts[part as usize];
-        let side = |node: u32| sides[(node - composite.nodes.start) as usize];
-        let ruled_out = |list: &Range<u32>, own: u32, out: Side| {
-            let list = &self.lists[list.start as usize..list.end as usize];
-            list.iter().any(|&node| node != own && side(node) == out)
-        };
-        part.seen
-            && side(part.node) == Side::Either
-            && !self.constraints[part.constraints.start as usize..part.constraints.end as usize].iter().any(
-                |constraint| match constraint {
-                    Constraint::Inside(list, own) => ruled_out(list, *own, Side::Outside),
-                    Constraint::Outside(list, own) => ruled_out(list, *own, Side::Inside),
-                    Constraint::Inverted => false,
-                },
-            )
+    /// Lists the parts and other nodes that `node` lies within.
+    fn require(&mut self, node: u32) {
+        let CsgNode { kind, inverted, .. } = self.nodes[node as usize].clone();
+        match kind {
+            NodeKind::Part(number) => {
+                let part = &self.parts[number as usize];
+                if part.solid && part.closed && !inverted {
+                    self.required.push(number);
+                }
+            }
+            NodeKind::All(list) if !inverted => {
+                for k in list {
+                    self.require(self.lists[k as usize]);
+                }
+            }
+            _ => self.needed.push(node),
+        }
     }
+}
+
+/// The bit for a part of a composite; the last is for all that come after.
+pub(super) fn bit_of(part: u32) -> u64 {
+    1 << part.min(63)
 }
 
 /// `decides` if one side is that, else `neutral` if all are that.

@@ -1,9 +1,9 @@
 //! The nearest surface of a composite along eight rays.
 
-use super::cull::{Side, Stretch, max_abs};
+use super::cull::{NOT_NEAR, Side, Span, Stretch, bit_of, max_abs};
 use super::{Composite, Constraint, CsgTree, NodeKind};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, choose, f32x8, f64x8};
 use std::ops::Range;
 
 /// Crossings that lie closer together than this share of the distances involved are one place: coincident faces of
@@ -11,22 +11,48 @@ use std::ops::Range;
 /// relative to either part).
 const TIE: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 
-/// Crossings of a composite's parts with eight rays; kept between calls so that nothing is allocated.
+/// A part that is left within this share of the distance from which hits count, has no tie with any of them: the distance
+/// is twice a tie's or more.
+const LEFT_BEHIND: f64 = 0.25;
+
+/// What is known of a composite's parts along eight rays; kept between calls so that nothing is allocated.
 #[derive(Debug, Default)]
 pub struct Scratch {
     crossings: Vec<f64x8>,
-    parts: Vec<PartCrossings>,
-    sides: Vec<Side>,
     /// Parts that rays may meet.
-    near: Vec<u32>,
+    near: Vec<Near>,
+    /// By part of the composite: its place in `near`, or [`NOT_NEAR`].
+    places: Vec<u32>,
+    /// Places in `near`, with where an eighth of the rays comes to them.
+    order: Vec<(f32, u32)>,
 }
 
-#[derive(Debug, Clone, Default)]
+/// A part that rays may meet.
+#[derive(Debug, Clone)]
+pub(super) struct Near {
+    pub(super) number: u32,
+    /// What its bounds leave of the rays: beyond, all are outside of it and none crosses it. All along for what is not closed.
+    span: Span,
+    /// Its crossings, once they have been asked for.
+    crossings: Option<PartCrossings>,
+}
+
+impl Near {
+    #[inline(always)]
+    pub(super) fn new(number: u32, span: Span) -> Self {
+        Self { number, span, crossings: None }
+    }
+}
+
+/// Stretches of [`Scratch::crossings`].
+#[derive(Debug, Clone, Copy)]
 struct PartCrossings {
-    /// Where the surface is crossed, as a stretch of `crossings`.
-    surface: Range<usize>,
+    /// Where the surface is crossed begins here,
+    first: u32,
+    /// and ends here.
+    surface_end: u32,
     /// Where inside and outside change.
-    boundary: Range<usize>,
+    boundary: [u32; 2],
     /// Lanes that come from inside, infinitely far behind the start.
     from_inside: u8,
 }
@@ -70,26 +96,54 @@ impl CsgTree {
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
-        let mut changed = 0;
-        let Some(along) = self.along(composite, rays, (stretch, best.t, lanes), source, scratch) else {
+        let Some(mut within) = self.span(composite, stretch, Span::up_to(best.t), lanes) else { return 0 };
+        let mut along = self.along(composite, rays, source, scratch);
+        // What the whole lies within is crossed first: most rays that miss the whole miss that.
+        let mut lanes = lanes;
+        let required = composite.required.start as usize..composite.required.end as usize;
+        for &number in &self.required[required] {
+            let behind;
+            (within, behind) = along.narrowed(number, &within, t_min, stretch.slack);
+            lanes &= within.lanes() & !behind;
+            if lanes == 0 {
+                return 0;
+            }
+        }
+        if !along.cull(stretch, &within, lanes) {
             return 0;
-        };
-
-        for &number in along.near {
-            let part = &self.parts[number as usize];
-            if !part.seen {
+        }
+        along.sort(lanes);
+        let mut changed = 0;
+        let mut reach = f32x8::from_f64s(best.t);
+        for k in 0..along.scratch.order.len() {
+            let place = along.scratch.order[k].1 as usize;
+            let Near { number, span, .. } = along.scratch.near[place];
+            let (enter, leave) = (span.enter.max(within.enter), span.leave.min(within.leave));
+            let mut live = enter.le(leave.min(reach)).bits() & lanes;
+            if any {
+                live &= !changed;
+            }
+            if live == 0 || !self.parts[number as usize].seen {
                 continue;
             }
-            for k in along.parts[(number - composite.parts.start) as usize].surface.clone() {
-                let at = along.crossings[k];
-                let mut wanted = (at.gt(t_min) & at.le(best.t)).bits() & lanes;
+            let PartCrossings { first, surface_end, .. } = along.crossed(place);
+            for k in first..surface_end {
+                let at = along.scratch.crossings[k as usize];
+                let nearer = if any { at.lt(best.t) } else { at.le(best.t) };
+                let mut wanted = (at.gt(t_min) & nearer).bits() & live;
                 if any {
-                    wanted &= at.lt(best.t).bits() & !changed;
+                    wanted &= !changed;
                 }
                 if wanted == 0 {
                     continue;
                 }
-                wanted &= along.is_surface(number, &along.place(at));
+                let place = along.place(at, wanted);
+                // Beyond the bounds of part or whole nothing is a surface, and nothing is known of the other parts.
+                wanted &= (enter.le(place.about) & place.about.le(leave)).bits();
+                if wanted == 0 {
+                    continue;
+                }
+                wanted &= along.is_surface(number, &Place { lanes: wanted, ..place });
                 if any {
                     for (lane, surface) in best.surface.iter_mut().enumerate() {
                         if wanted >> lane & 1 == 1 {
@@ -113,12 +167,12 @@ impl CsgTree {
                         wanted &= !(1 << lane);
                     }
                 }
-                best.t = Mask::from_bits(wanted).select(at, best.t);
-                for (lane, surface) in best.surface.iter_mut().enumerate() {
-                    if wanted >> lane & 1 == 1 {
-                        *surface = best.first_part + number;
-                    }
+                if wanted == 0 {
+                    continue;
                 }
+                best.t = Mask::from_bits(wanted).select(at, best.t);
+                reach = f32x8::from_f64s(best.t);
+                best.surface = choose(wanted, &[best.first_part + number; LANES], &best.surface);
                 changed |= wanted;
             }
         }
@@ -135,14 +189,13 @@ impl CsgTree {
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
         let line = Stretch::new(rays, !0);
-        let lanes = !0;
         let mut found = Vec::new();
-        let Some(along) =
-            self.along(composite, rays, (&line, f64x8::lit(f64::INFINITY), lanes), source, scratch)
-        else {
+        let mut along = self.along(composite, rays, source, scratch);
+        if !along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0) {
             return found;
-        };
-        along.collect_interiors(composite.root, &along.place(f64x8::zero()), !0, &mut found);
+        }
+        let start = along.place(f64x8::zero(), !0);
+        along.collect_interiors(composite.root, &start, !0, &mut found);
         found
     }
 
@@ -158,83 +211,150 @@ impl CsgTree {
     ) -> Vec<(u32, u8)> {
         let line = Stretch::new(rays, lanes);
         let mut found = Vec::new();
-        let Some(mut along) =
-            self.along(composite, rays, (&line, f64x8::lit(f64::INFINITY), lanes), source, scratch)
-        else {
+        let mut along = self.along(composite, rays, source, scratch);
+        if !along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), lanes) {
             return found;
-        };
+        }
         along.tie = TIE + t_error;
-        along.collect_parts(composite.root, lanes, &along.place(t), &mut found);
+        let at = along.place(t, lanes);
+        along.collect_parts(composite.root, lanes, &at, &mut found);
         found
     }
 
-    /// Finds the crossings of all parts that matter on the stretch; `None` if none can be a surface of the whole and
-    /// the rays are nowhere inside.
-    fn along<'a>(
+    /// The nodes of a list.
+    fn list(&self, range: &Range<u32>) -> &[u32] {
+        &self.lists[range.start as usize..range.end as usize]
+    }
+
+    /// The nodes of a list without one of them.
+    fn others(&self, range: &Range<u32>, own: u32) -> impl Iterator<Item = u32> {
+        self.list(range).iter().copied().filter(move |&node| node != own)
+    }
+
+    /// Eight rays of whose way through the composite nothing is known yet.
+    fn along<'a, P: PartRoots>(
         &'a self,
         composite: &'a Composite,
-        rays: &Rays<f64x8>,
-        stretch: (&Stretch, f64x8, u8),
-        source: &impl PartRoots,
+        rays: &'a Rays<f64x8>,
+        source: &'a P,
         scratch: &'a mut Scratch,
-    ) -> Option<Along<'a>> {
-        let Scratch { crossings, parts, sides, near } = scratch;
-        if !self.cull(composite, stretch, near, sides) {
-            return None;
-        }
-        crossings.clear();
-        // What stands there for parts that are not near is never read.
-        parts.resize(parts.len().max(composite.parts.len()), PartCrossings::default());
-        for &number in near.iter() {
-            let first = crossings.len();
-            let (surface, from_inside) = source.roots(number, rays, crossings);
-            let surface = first..first + surface;
-            let boundary = match self.parts[number as usize].solid {
-                false => first..first,
-                true if crossings.len() > surface.end => surface.end..crossings.len(),
-                true => surface.clone(),
-            };
-            parts[(number - composite.parts.start) as usize] =
-                PartCrossings { surface, boundary, from_inside };
-        }
+    ) -> Along<'a, P> {
+        scratch.crossings.clear();
+        scratch.near.clear();
+        scratch.places.clear();
+        scratch.places.resize(composite.parts.len(), NOT_NEAR);
         let reach = max_abs(rays.origin);
-        Some(Along { tree: self, composite, near, crossings, parts, sides, reach, tie: TIE })
+        Along { tree: self, composite, rays, source, scratch, reach, near_bits: 0, tie: TIE }
     }
 }
 
 /// Everything known along the eight rays.
-struct Along<'a> {
+struct Along<'a, P> {
     tree: &'a CsgTree,
     composite: &'a Composite,
-    /// Parts that rays may meet.
-    near: &'a [u32],
-    crossings: &'a [f64x8],
-    parts: &'a [PartCrossings],
-    /// By node of the composite.
-    sides: &'a [Side],
+    rays: &'a Rays<f64x8>,
+    source: &'a P,
+    scratch: &'a mut Scratch,
     reach: f64x8,
+    /// As [`CsgTree::below`] has them: the parts that are near.
+    near_bits: u64,
     /// See [`TIE`].
     tie: f64,
 }
 
 /// A place on each of eight rays, with what counts as the same place.
+#[derive(Clone, Copy)]
 struct Place {
     early: f64x8,
     late: f64x8,
+    /// The same as bounds see it.
+    about: f32x8,
+    /// Where it is asked for; nothing that is said of other lanes means anything.
+    lanes: u8,
 }
 
-impl Along<'_> {
+impl<'a, P: PartRoots> Along<'a, P> {
     #[inline(always)]
-    fn place(&self, at: f64x8) -> Place {
+    fn place(&self, at: f64x8, lanes: u8) -> Place {
         let tie = (self.reach + at.abs()) * f64x8::lit(self.tie);
-        Place { early: at - tie, late: at + tie }
+        Place { early: at - tie, late: at + tie, about: f32x8::from_f64s(at), lanes }
+    }
+
+    /// Puts the parts in the order in which one of the rays comes to their bounds: what it meets first mostly hides the others.
+    fn sort(&mut self, lanes: u8) {
+        let lane = lanes.trailing_zeros() as usize & (LANES - 1);
+        let Scratch { near, order, .. } = &mut *self.scratch;
+        order.clear();
+        order.extend(near.iter().zip(0..).map(|(near, k)| (near.span.enter.lanes()[lane], k)));
+        order.sort_unstable_by(|(a, m), (b, n)| a.total_cmp(b).then(m.cmp(n)));
+    }
+
+    /// Finds the parts that matter `within` a stretch, beside those that are known to; false if the rays are outside of
+    /// something that the whole lies within.
+    fn cull(&mut self, stretch: &Stretch, within: &Span, lanes: u8) -> bool {
+        let Self { tree, composite, .. } = *self;
+        let Scratch { near, places, .. } = &mut *self.scratch;
+        tree.cull(composite, (stretch, within, lanes), (near, places));
+        let first = composite.parts.start;
+        self.near_bits = near.iter().fold(0, |bits, near| bits | bit_of(near.number - first));
+        let needed = composite.needed.start as usize..composite.needed.end as usize;
+        tree.needed[needed].iter().all(|&node| self.side(node) != Side::Outside)
+    }
+
+    /// What the inside of a part, which counts as near from now on, leaves of `within`; and the lanes that have left it before
+    /// anything counts.
+    fn narrowed(&mut self, number: u32, within: &Span, t_min: f64x8, slack: f32x8) -> (Span, u8) {
+        let place = self.scratch.near.len();
+        self.scratch.near.push(Near::new(number, *within));
+        self.scratch.places[(number - self.composite.parts.start) as usize] = place as u32;
+        let PartCrossings { boundary: [first, end], from_inside, .. } = self.crossed(place);
+        let (from, to) = match self.scratch.crossings[first as usize..end as usize] {
+            // Both or none, unless a polynomial has lost one.
+            [from, a, _, b] if from_inside == 0 && (from.equal(from) ^ a.equal(a)).none() => {
+                (from, b.equal(b).select(b, a))
+            }
+            [from, to] if from_inside == 0 && (from.equal(from) ^ to.equal(to)).none() => (from, to),
+            [at] => {
+                let inf = f64x8::lit(f64::INFINITY);
+                let begins_inside = Mask::from_bits(from_inside);
+                // Without a crossing, which is NaN, all is inside or nothing.
+                (begins_inside.select(-inf, at), begins_inside.select(at.min(inf), inf))
+            }
+            _ => return (*within, 0),
+        };
+        let behind = to.le(t_min * f64x8::lit(LEFT_BEHIND)) & t_min.gt(f64x8::zero());
+        (within.narrowed(from, to, slack), behind.bits())
+    }
+
+    /// The crossings of the part at a place of `near`.
+    #[inline(always)]
+    fn crossed(&mut self, place: usize) -> PartCrossings {
+        match self.scratch.near[place].crossings {
+            Some(crossings) => crossings,
+            None => self.cross(place),
+        }
+    }
+
+    fn cross(&mut self, place: usize) -> PartCrossings {
+        let number = self.scratch.near[place].number;
+        let first = self.scratch.crossings.len() as u32;
+        let (surface, from_inside) = self.source.roots(number, self.rays, &mut self.scratch.crossings);
+        let (surface_end, end) = (first + surface as u32, self.scratch.crossings.len() as u32);
+        let boundary = match self.tree.parts[number as usize].solid {
+            false => [first, first],
+            true if end > surface_end => [surface_end, end],
+            true => [first, surface_end],
+        };
+        let crossings = PartCrossings { first, surface_end, boundary, from_inside };
+        self.scratch.near[place].crossings = Some(crossings);
+        crossings
     }
 
     /// Lanes in which the crossing of part `number` at `at` is a surface of the whole.
-    fn is_surface(&self, number: u32, at: &Place) -> u8 {
-        let part = &self.tree.parts[number as usize];
-        let constraints =
-            &self.tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
+    fn is_surface(&mut self, number: u32, at: &Place) -> u8 {
+        let tree = self.tree;
+        let part = &tree.parts[number as usize];
+        let constraints = &tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
         if !part.solid {
             return self.is_kept(constraints, at);
         }
@@ -244,17 +364,20 @@ impl Along<'_> {
         for constraint in constraints {
             match constraint {
                 Constraint::Inside(list, child) => {
-                    for &node in self.list(list) {
+                    for &node in tree.list(list) {
                         if node == *child || self.side(node) == Side::Inside {
                             continue;
                         }
                         let sides = self.node(node, at);
                         own.before &= sides.before;
                         own.after &= sides.after;
+                        if (own.before | own.after) & at.lanes == 0 {
+                            break;
+                        }
                     }
                 }
                 Constraint::Outside(list, child) => {
-                    for &node in self.list(list) {
+                    for &node in tree.list(list) {
                         if node == *child || self.side(node) == Side::Outside {
                             continue;
                         }
@@ -277,13 +400,14 @@ impl Along<'_> {
     ///
     /// Without an inside there is no before and after: the surface is kept where the constraints hold on either side, so
     /// that a face on the rim of a clip is kept.
-    fn is_kept(&self, constraints: &[Constraint], at: &Place) -> u8 {
+    fn is_kept(&mut self, constraints: &[Constraint], at: &Place) -> u8 {
+        let tree = self.tree;
         constraints.iter().fold(!0, |valid, constraint| match constraint {
-            Constraint::Inside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+            Constraint::Inside(list, own) => tree.others(list, *own).fold(valid, |valid, node| {
                 let sides = self.node(node, at);
                 valid & (sides.before | sides.after)
             }),
-            Constraint::Outside(list, own) => self.others(list, *own).fold(valid, |valid, node| {
+            Constraint::Outside(list, own) => tree.others(list, *own).fold(valid, |valid, node| {
                 let sides = self.node(node, at);
                 valid & !(sides.before & sides.after)
             }),
@@ -291,14 +415,15 @@ impl Along<'_> {
         })
     }
 
-    fn collect_interiors(&self, number: u32, start: &Place, lanes: u8, found: &mut Vec<(u32, u8)>) {
+    fn collect_interiors(&mut self, number: u32, start: &Place, lanes: u8, found: &mut Vec<(u32, u8)>) {
         let sides = self.node(number, start);
         let lanes = lanes & (sides.before | sides.after);
-        let node = &self.tree.nodes[number as usize];
+        let tree = self.tree;
+        let node = &tree.nodes[number as usize];
         match &node.kind {
             _ if lanes == 0 => {}
             NodeKind::Any(list) | NodeKind::Merged(list) => {
-                for &child in self.list(list) {
+                for &child in tree.list(list) {
                     self.collect_interiors(child, start, lanes, found);
                 }
             }
@@ -306,43 +431,42 @@ impl Along<'_> {
         }
     }
 
-    fn collect_parts(&self, node: u32, lanes: u8, at: &Place, found: &mut Vec<(u32, u8)>) {
+    fn collect_parts(&mut self, node: u32, lanes: u8, at: &Place, found: &mut Vec<(u32, u8)>) {
         let sides = self.node(node, at);
         let lanes = lanes & (sides.before | sides.after);
         if lanes == 0 {
             return;
         }
-        let node = &self.tree.nodes[node as usize];
+        let tree = self.tree;
+        let node = &tree.nodes[node as usize];
         match &node.kind {
             NodeKind::Part(number) => found.push((*number, lanes)),
             NodeKind::All(list) | NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) => {
-                for &child in self.list(list).iter().take(node.cuttable) {
+                for &child in tree.list(list).iter().take(node.cuttable) {
                     self.collect_parts(child, lanes, at, found);
                 }
             }
         }
     }
 
-    /// On which side of a node the rays are all along.
+    /// On which side of a node the rays are all along, if that is known without crossing parts.
     #[inline(always)]
     fn side(&self, node: u32) -> Side {
-        self.sides[(node - self.composite.nodes.start) as usize]
-    }
-
-    fn list(&self, range: &Range<u32>) -> &[u32] {
-        &self.tree.lists[range.start as usize..range.end as usize]
-    }
-
-    /// The nodes of a list without one of them.
-    fn others(&self, range: &Range<u32>, own: u32) -> impl Iterator<Item = u32> {
-        self.list(range).iter().copied().filter(move |&node| node != own)
+        match self.tree.below[node as usize] & self.near_bits {
+            0 => self.tree.outside[node as usize],
+            _ => Side::Either,
+        }
     }
 
     /// Inside part `number` just before and just after `at`.
-    fn part(&self, number: u32, at: &Place) -> Sides {
-        let part = &self.parts[(number - self.composite.parts.start) as usize];
-        let mut sides = Sides { before: part.from_inside, after: part.from_inside };
-        for &crossing in &self.crossings[part.boundary.clone()] {
+    fn part(&mut self, number: u32, at: &Place) -> Sides {
+        let place = self.scratch.places[(number - self.composite.parts.start) as usize] as usize;
+        if place == NOT_NEAR as usize || self.scratch.near[place].span.holds(at.about) & at.lanes == 0 {
+            return Sides { before: 0, after: 0 };
+        }
+        let PartCrossings { boundary: [first, end], from_inside, .. } = self.crossed(place);
+        let mut sides = Sides { before: from_inside, after: from_inside };
+        for &crossing in &self.scratch.crossings[first as usize..end as usize] {
             sides.before ^= crossing.lt(at.early).bits();
             sides.after ^= crossing.le(at.late).bits();
         }
@@ -350,18 +474,19 @@ impl Along<'_> {
     }
 
     /// Inside `node` just before and just after `at`.
-    fn node(&self, node: u32, at: &Place) -> Sides {
+    fn node(&mut self, node: u32, at: &Place) -> Sides {
         match self.side(node) {
             Side::Inside => return Sides { before: !0, after: !0 },
             Side::Outside => return Sides { before: 0, after: 0 },
             Side::Either => {}
         }
-        let node = &self.tree.nodes[node as usize];
+        let tree = self.tree;
+        let node = &tree.nodes[node as usize];
         let mut sides = match &node.kind {
             NodeKind::Part(number) => self.part(*number, at),
-            NodeKind::All(list) => self.fold(list, at, !0, |a, b| a & b),
-            NodeKind::Any(list) | NodeKind::Merged(list) => self.fold(list, at, 0, |a, b| a | b),
-            NodeKind::Odd(list) => self.fold(list, at, 0, |a, b| a ^ b),
+            NodeKind::All(list) => self.fold(list, at, (!0, Some(0)), |a, b| a & b),
+            NodeKind::Any(list) | NodeKind::Merged(list) => self.fold(list, at, (0, Some(!0)), |a, b| a | b),
+            NodeKind::Odd(list) => self.fold(list, at, (0, None), |a, b| a ^ b),
         };
         if node.inverted {
             sides = Sides { before: !sides.before, after: !sides.after };
@@ -369,11 +494,24 @@ impl Along<'_> {
         sides
     }
 
-    fn fold(&self, list: &Range<u32>, at: &Place, start: u8, op: impl Fn(u8, u8) -> u8) -> Sides {
+    /// Folds the sides of nodes from `start` on, until they are what nothing `settles` further.
+    #[inline(always)]
+    fn fold(
+        &mut self,
+        list: &Range<u32>,
+        at: &Place,
+        (start, settled): (u8, Option<u8>),
+        op: impl Fn(u8, u8) -> u8,
+    ) -> Sides {
         let mut sides = Sides { before: start, after: start };
-        for &child in self.list(list) {
+        for &child in self.tree.list(list) {
             let child = self.node(child, at);
             sides = Sides { before: op(sides.before, child.before), after: op(sides.after, child.after) };
+            if let Some(settled) = settled
+                && ((sides.before ^ settled) | (sides.after ^ settled)) & at.lanes == 0
+            {
+                break;
+            }
         }
         sides
     }

@@ -21,8 +21,12 @@ pub struct CsgTree {
     pub bounds: Vec<BoundsBlock>,
     /// By node: its side for rays that meet no part.
     pub outside: Vec<Side>,
-    /// Nodes that are made of others, composite by composite.
-    pub inner: Vec<u32>,
+    /// By node: a bit for each part of its composite that it is made of; the last stands for all parts from the 64th on.
+    pub below: Vec<u64>,
+    /// Parts that a composite lies within, composite by composite.
+    pub required: Vec<u32>,
+    /// Other nodes that it lies within.
+    pub needed: Vec<u32>,
 }
 
 /// One composite.
@@ -32,12 +36,18 @@ pub struct Composite {
     pub parts: Range<u32>,
     /// Its nodes, children before their parents.
     pub nodes: Range<u32>,
-    /// Those of them that are made of others: a stretch of [`CsgTree::inner`].
-    pub inner: Range<u32>,
+    /// Nothing of it is outside of these parts: a stretch of [`CsgTree::required`].
+    pub required: Range<u32>,
+    /// Nor of these nodes: a stretch of [`CsgTree::needed`].
+    pub needed: Range<u32>,
     /// The bounds of its parts: a stretch of [`CsgTree::bounds`].
     pub bounds_blocks: Range<u32>,
     /// Holds all its surfaces; infinite if nothing bounds it.
     pub bounds: Aabb,
+    /// Holds its surfaces and its inside: lowest and highest corner, rounded outward.
+    pub box_around: [[f32; 3]; 2],
+    /// All parts are [`Part::closed`].
+    pub closed: bool,
     /// The expression for the inside of the whole.
     pub root: u32,
 }

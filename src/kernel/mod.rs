@@ -48,6 +48,17 @@ pub struct Rays<L> {
     pub dir: Vec3<L>,
 }
 
+/// Where eight rays look for a crossing.
+#[derive(Debug, Clone, Copy)]
+pub struct Looking<L> {
+    /// Beyond this,
+    pub from: L,
+    /// and up to here.
+    pub to: L,
+    /// Lanes that look at all.
+    pub lanes: u8,
+}
+
 /// The rays among eight that start on the primitive at hand.
 ///
 /// The crossing at the start is known to be `t = 0`; what a kernel returns for it is exactly that, so that it is
@@ -127,6 +138,20 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         self.roots(i, rays, left)
     }
 
+    /// The first crossing beyond where the rays look from; NaN where there is none. What is told of lanes that do not look, or
+    /// of crossings farther than they look, may be anything that is not nearer than those.
+    #[inline(always)]
+    fn first(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        first_beyond(self.roots_seen(i, rays, view, left).as_ref(), looking.from)
+    }
+
     /// One ray against eight rows at a time may start at multiples of this; 0 if the kind has no such test.
     const ACROSS: u32 = 0;
 
@@ -188,6 +213,16 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
 
     /// Row `k` becomes the former row `order[k]`.
     fn permute(&mut self, order: &[u32]);
+}
+
+/// The first of rising crossings that lies beyond `from`, NaN where none does.
+#[inline(always)]
+pub(crate) fn first_beyond<L: Lane>(roots: &[L], from: L) -> L {
+    let mut t = L::lit(f64::NAN);
+    for &root in roots.iter().rev() {
+        t = root.gt(from).select(root, t);
+    }
+    t
 }
 
 /// Helper for [`Block::permute`]: one column in a new order.

@@ -8,7 +8,7 @@
 
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{SETTLED, cubic};
-use super::{Aabb, Block, Left, Rays, Surfaces, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
 use smallvec::SmallVec;
@@ -29,6 +29,9 @@ const REACH: f64 = 1e7;
 /// A cubic whose coefficients are larger than this many times the first is left to brackets: solved as it stands it
 /// would lose more than a third of its digits.
 const STEEPEST: f64 = (1u64 << 18) as f64;
+
+/// Rounding of the ends between which roots are looked for, with room; they only save work.
+const RANGE_ROUNDINGS: f64 = 64.0;
 
 /// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
 const STEPS: usize = 110;
@@ -134,12 +137,15 @@ impl<const N: usize> Univariate<N> {
     fn bracketed(
         &self,
         [low, high]: [f64x8; 2],
-        low_is_negative: Mask<f64x8>,
+        [at_low, at_high]: [f64x8; 2],
         grain: f64x8,
         active: Mask<f64x8>,
     ) -> f64x8 {
+        let low_is_negative = at_low.lt(f64x8::zero());
         let (mut low, mut high, half) = (low, high, f64x8::lit(0.5));
-        let mut s = (low + high) * half;
+        let guess = self.guess([low, high], [at_low, at_high]);
+        let inside = guess.gt(low) & guess.lt(high);
+        let mut s = inside.select(guess, (low + high) * half);
         let (mut before, mut moving) = (high - low, active);
         for _ in 0..STEPS {
             let (value, slope) = self.value_and_slope(s);
@@ -161,28 +167,46 @@ impl<const N: usize> Univariate<N> {
         s
     }
 
-    /// Where a quadratic parts the line into pieces of one sign: its roots, rising, or ends of the line.
-    fn parted(&self, reach: f64x8) -> [f64x8; 2] {
+    /// A first guess at the root in a bracket: that of the parabola which touches at the bracket's end where the value is
+    /// smaller. Ends are places where the slope is 0, mostly, so that Newton's method could not start from there.
+    #[inline(always)]
+    fn guess(&self, [low, high]: [f64x8; 2], [at_low, at_high]: [f64x8; 2]) -> f64x8 {
+        let from_low = at_low.abs().le(at_high.abs());
+        let (end, value) = (from_low.select(low, high), from_low.select(at_low, at_high));
+        let (mut c, mut b, mut a) = (f64x8::zero(), f64x8::zero(), f64x8::zero());
+        for &k in self.c[..self.len].iter().rev() {
+            a = a.fused(end, b);
+            b = b.fused(end, c);
+            c = c.fused(end, k);
+        }
+        // Of the two roots that on the bracket's side: up from the low end, down from the high one.
+        let root = (b * b - a * value * f64x8::lit(4.0)).sqrt();
+        let toward = from_low.select(-value, value);
+        end - (value + value) / (b + root.copysign(toward))
+    }
+
+    /// Where a quadratic parts the line into pieces of one sign: its roots, rising, or ends of the stretch.
+    fn parted(&self, [low, high]: [f64x8; 2]) -> [f64x8; 2] {
         let [c, b, a] = [self.c[0], self.c[1], self.c[2]];
         let discriminant = b * b - a * c * f64x8::lit(4.0);
         // Of the two roots neither cancels: one over the quadratic's coefficient, one under its constant term.
         let q = (b + discriminant.sqrt().copysign(b)) * f64x8::lit(-0.5);
         // NaN, where there is no root, becomes the far end: it loses every comparison.
-        let within = |x: f64x8| (-reach).max(x.min(reach));
+        let within = |x: f64x8| low.max(x.min(high));
         let (x, y) = (within(q / a), within(c / q));
         [x.min(y), x.max(y)]
     }
 
-    /// Where a cubic parts the line into pieces of one sign: its roots, rising, or ends of the line; `None` if some lane's
+    /// Where a cubic parts the line into pieces of one sign: its roots, rising, or ends of the stretch; `None` if some lane's
     /// is hardly one.
-    fn parted_by_cubic(&self, reach: f64x8, lanes: Mask<f64x8>) -> Option<[f64x8; 3]> {
+    fn parted_by_cubic(&self, [low, high]: [f64x8; 2], lanes: Mask<f64x8>) -> Option<[f64x8; 3]> {
         let lead = self.c[3];
         let most = self.c[0].abs().max(self.c[1].abs()).max(self.c[2].abs());
         if (lanes & !most.le(lead.abs() * f64x8::lit(STEEPEST))).any() {
             return None;
         }
         let inv = f64x8::lit(1.0) / lead;
-        let (far, pair) = cubic(self.c[2] * inv, self.c[1] * inv, self.c[0] * inv);
+        let (far, pair) = cubic(self.c[2] * inv, self.c[1] * inv, self.c[0] * inv, lanes);
         let half = pair.square.sqrt(); // NaN where the cubic has one root.
         let placed = [far, pair.middle - half, pair.middle + half].map(|s| {
             // One more step, since at a gap of g between roots their rounding is divided by g.
@@ -190,7 +214,7 @@ impl<const N: usize> Univariate<N> {
             let next = s - value / slope;
             let better = (next - s).abs().le((s.abs() + f64x8::lit(1.0)) * f64x8::lit(SETTLED).sqrt());
             // NaN loses every comparison: no root is the far end.
-            (-reach).max(better.select(next, s).min(reach))
+            low.max(better.select(next, s).min(high))
         });
         let [a, b, c] = placed;
         let (a, b) = (a.min(b), a.max(b));
@@ -198,38 +222,52 @@ impl<const N: usize> Univariate<N> {
         Some([a.min(b), a.max(b), c])
     }
 
-    /// The real roots within `reach` of 0, rising, as many as the degree, NaN where there is none. Roots of even
+    /// The real roots between the two `ends`, rising, as many as the degree, NaN where there is none. Roots of even
     /// multiplicity are no crossings and are left out. `grain` is what a root's rounding is measured by beside the root.
-    fn roots(&self, reach: f64x8, grain: f64x8, lanes: Mask<f64x8>) -> [f64x8; N] {
+    /// Each is shown to `go_on` with the lanes that have it, which says in which lanes more are wanted.
+    fn roots(
+        &self,
+        ends: [f64x8; 2],
+        grain: f64x8,
+        lanes: Mask<f64x8>,
+        mut go_on: impl FnMut(f64x8, Mask<f64x8>) -> Mask<f64x8>,
+    ) -> [f64x8; N] {
         let none = f64x8::lit(f64::NAN);
         let degree = self.len.saturating_sub(1);
         // Roots of the derivative before, or the ends of the brackets that have none: they part the line all the same.
         let mut points = [none; N];
         let mut first = 1;
         if degree > 3
-            && let Some(parted) = self.derivative(degree - 3).parted_by_cubic(reach, lanes)
+            && let Some(parted) = self.derivative(degree - 3).parted_by_cubic(ends, lanes)
         {
             points[..3].copy_from_slice(&parted);
             first = 4;
         } else if degree > 2 {
-            points[..2].copy_from_slice(&self.derivative(degree - 2).parted(reach));
+            points[..2].copy_from_slice(&self.derivative(degree - 2).parted(ends));
             first = 3;
         }
+        let mut lanes = lanes;
         for m in first..=degree {
             let derivative = self.derivative(degree - m);
             let mut found = [none; N];
-            let mut low = -reach;
-            let mut low_is_negative = derivative.value(low).lt(f64x8::zero());
+            let mut low = ends[0];
+            let mut at_low = derivative.value(low);
             for k in 0..m {
-                let high = if k + 1 == m { reach } else { points[k] };
-                let high_is_negative = derivative.value(high).lt(f64x8::zero());
-                let crosses = (low_is_negative ^ high_is_negative) & lanes;
-                let root = match crosses.none() {
-                    true => high,
-                    false => derivative.bracketed([low, high], low_is_negative, grain, crosses),
-                };
+                let high = if k + 1 == m { ends[1] } else { points[k] };
+                let at_high = derivative.value(high);
+                let crosses = (at_low.lt(f64x8::zero()) ^ at_high.lt(f64x8::zero())) & lanes;
+                let mut root = high;
+                if crosses.any() {
+                    root = derivative.bracketed([low, high], [at_low, at_high], grain, crosses);
+                }
                 found[k] = crosses.select(root, if m == degree { none } else { high });
-                (low, low_is_negative) = (high, high_is_negative);
+                if m == degree && crosses.any() {
+                    lanes &= go_on(root, crosses);
+                    if lanes.none() {
+                        break;
+                    }
+                }
+                (low, at_low) = (high, at_high);
             }
             points = found;
         }
@@ -315,15 +353,31 @@ impl<S: Scalar> Polynomials<S> {
         Ray { along, base, inv, reach, grain: origin.abs().max_element(), sound }
     }
 
+    /// Crossings, rising; with `looking` only the first of them is sure to be there, and it is the last that is.
     fn crossings<const N: usize>(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        looking: Option<&Looking<S::Lane>>,
     ) -> SmallVec<[S::Lane; 4]> {
         let own = self.own_rays(i, rays);
         let on = left.map_or(Mask::none_set(), |left| left.on.cast());
         let mut ray = self.ray::<N>(i, &own, on);
+        let (mut ends, mut lanes) = ([-ray.reach, ray.reach], ray.sound);
+        if let Some(looking) = looking {
+            // Wider by more than the roundings of this and of the distance that comes of a root.
+            let [near, far] = [looking.from, looking.to].map(|t| t.to_f64s() / ray.inv);
+            let room =
+                |s: f64x8| (s.abs() + ray.base.abs()) * f64x8::lit(RANGE_ROUNDINGS * f64::UNIT_ROUNDOFF);
+            ends[0] = ((near - ray.base) - room(near)).max(ends[0]);
+            ends[1] = ((far - ray.base) + room(far)).min(ends[1]);
+            lanes &= Mask::from_bits(looking.lanes) & ends[0].le(ends[1]);
+            if lanes.none() {
+                return SmallVec::new();
+            }
+        }
+        let most = ray.along.len.saturating_sub(1);
         let mut starts = [f64x8::lit(f64::NAN); 2];
         if on.any() {
             // The start is a root, and where the slope there is below its rounding it is a double one.
@@ -332,8 +386,16 @@ impl<S: Scalar> Polynomials<S> {
             let tangent = on & ray.along.c[0].abs().le(noise);
             ray.along.divide(tangent);
             starts = [on.select(f64x8::zero(), starts[0]), tangent.select(f64x8::zero(), starts[1])];
+            if (on | !lanes).all() {
+                // All have one root less.
+                ray.along.len = most;
+            }
         }
-        let roots = ray.along.roots(ray.reach, ray.grain, ray.sound);
+        let seen = |root: f64x8| {
+            let t = S::Lane::from_f64s((ray.base + root) * ray.inv);
+            looking.map_or(Mask::none_set(), |looking| t.gt(looking.from).cast())
+        };
+        let roots = ray.along.roots(ends, ray.grain, lanes, |root, crosses| !(crosses & seen(root)));
         let degree = ray.along.len.saturating_sub(1);
         let mut all: SmallVec<[f64x8; 4]> =
             roots[..degree].iter().map(|&s| (ray.base + s) * ray.inv).collect();
@@ -341,7 +403,7 @@ impl<S: Scalar> Polynomials<S> {
             for start in starts {
                 insert(&mut all, start);
             }
-            all.truncate(degree);
+            all.truncate(most);
         }
         all.into_iter().map(S::Lane::from_f64s).collect()
     }
@@ -405,9 +467,25 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
         match self.polynomial[i].order() < FEW {
-            true => self.crossings::<FEW>(i, rays, left),
-            false => self.crossings::<MANY>(i, rays, left),
+            true => self.crossings::<FEW>(i, rays, left, None),
+            false => self.crossings::<MANY>(i, rays, left, None),
         }
+    }
+
+    #[inline]
+    fn first(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        let roots = match self.polynomial[i].order() < FEW {
+            true => self.crossings::<FEW>(i, rays, left, Some(looking)),
+            false => self.crossings::<MANY>(i, rays, left, Some(looking)),
+        };
+        first_beyond(&roots, looking.from)
     }
 
     /// Where the polynomial is negative, farther out than all its roots.

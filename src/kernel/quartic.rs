@@ -3,7 +3,7 @@
 //! What comes out is good to the square root of a rounding at worst (a double root) and is meant to be polished on
 //! the shape itself.
 
-use crate::lane::{Lane, f64x8};
+use crate::lane::{Lane, Mask, f64x8};
 
 /// A Newton step below this, of shapes and roots of about 1, was the last one that mattered: its square is below a rounding,
 /// even when the slope is some thousand times smaller than the curvature.
@@ -21,8 +21,8 @@ pub(super) struct Pair {
     pub square: f64x8,
 }
 
-/// The largest real root of `x^3 - 3 m x - 2 n`.
-pub(super) fn largest_cubic_root(m: f64x8, n: f64x8) -> f64x8 {
+/// The largest real root of `x^3 - 3 m x - 2 n` in the lanes given.
+fn largest_cubic_root(m: f64x8, n: f64x8, lanes: Mask<f64x8>) -> f64x8 {
     let (zero, one) = (f64x8::zero(), f64x8::lit(1.0));
     let discriminant = n * n - m * m * m;
     let three = discriminant.lt(zero);
@@ -38,7 +38,7 @@ pub(super) fn largest_cubic_root(m: f64x8, n: f64x8) -> f64x8 {
         c -= (c * (cc * f64x8::lit(4.0) - f64x8::lit(3.0)) - w) / (cc * f64x8::lit(12.0) - f64x8::lit(3.0));
     }
     let trigonometric = root_m * (c * c * f64x8::lit(4.0) - f64x8::lit(2.0));
-    if three.all() {
+    if (three | !lanes).all() {
         return trigonometric;
     }
     // One real root, by Cardano: the cube root whose radicand does not cancel, and m over it.
@@ -47,18 +47,18 @@ pub(super) fn largest_cubic_root(m: f64x8, n: f64x8) -> f64x8 {
     three.select(trigonometric, cardano)
 }
 
-/// The real roots of `s^4 + p s^2 + q s + c`, in two pairs: the lower two and the upper two where all are real.
+/// The real roots of `s^4 + p s^2 + q s + c` in the lanes given, in two pairs: the lower two and the upper two where all are real.
 ///
 /// Ferrari's factors `(s^2 + a s + b1) (s^2 - a s + b2)` with the largest root `a^2` of the resolvent, which belongs
 /// to neighbouring roots and is then simple where the quartic has a double root at an end.
-pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8) -> [Pair; 2] {
+pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8, lanes: Mask<f64x8>) -> [Pair; 2] {
     let (zero, half) = (f64x8::zero(), f64x8::lit(0.5));
     // Resolvent y^3 + 2 p y^2 + k y - q^2, and the same in x = y + 2 p / 3.
     let k = p * p - c * f64x8::lit(4.0);
     let m = p * p * f64x8::lit(1.0 / 9.0) + c * f64x8::lit(4.0 / 3.0);
     let n = p * (p * p * f64x8::lit(1.0 / 27.0) - c * f64x8::lit(4.0 / 3.0)) + q * q * half;
     let two_p = p + p;
-    let mut y = (largest_cubic_root(m, n) - two_p * f64x8::lit(1.0 / 3.0)).max(zero);
+    let mut y = (largest_cubic_root(m, n, lanes) - two_p * f64x8::lit(1.0 / 3.0)).max(zero);
     for _ in 0..2 {
         // The subtraction above cancels where y is small; the resolvent itself does not.
         let value = ((y + two_p) * y + k) * y - q * q;
@@ -81,12 +81,12 @@ pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8) -> [Pair; 2] {
     ]
 }
 
-/// The real roots of `s^3 + b s^2 + c s + d`: the one farthest from their mean, and the other two.
-pub(super) fn cubic(b: f64x8, c: f64x8, d: f64x8) -> (f64x8, Pair) {
+/// The real roots of `s^3 + b s^2 + c s + d` in the lanes given: the one farthest from their mean, and the other two.
+pub(super) fn cubic(b: f64x8, c: f64x8, d: f64x8, lanes: Mask<f64x8>) -> (f64x8, Pair) {
     let third = b * f64x8::lit(1.0 / 3.0);
     let m = third * third - c * f64x8::lit(1.0 / 3.0);
     let n = (third * c - d) * f64x8::lit(0.5) - third * third * third;
-    let mut s = largest_cubic_root(m, n.abs()).copysign(n) - third;
+    let mut s = largest_cubic_root(m, n.abs(), lanes).copysign(n) - third;
     for _ in 0..2 {
         let value = ((s + b) * s + c) * s + d;
         let slope = (s * f64x8::lit(3.0) + b * f64x8::lit(2.0)) * s + c;
@@ -126,7 +126,7 @@ mod tests {
             [-1.0, -0.3, 0.0, 1.0],
         ] {
             let (expected, [p, q, c]) = depressed(roots);
-            let pairs = quartic(f64x8::lit(p), f64x8::lit(q), f64x8::lit(c));
+            let pairs = quartic(f64x8::lit(p), f64x8::lit(q), f64x8::lit(c), Mask::all_set());
             let found = pairs.map(|pair| {
                 let (middle, root) = (pair.middle.to_array()[0], pair.square.to_array()[0].sqrt());
                 [middle - root, middle + root]
@@ -143,7 +143,7 @@ mod tests {
         // s^4 + p s^2 + q s + c with p = 4 and a small c: the pair near 0 has the square -c / p, to c's own digits.
         for q in [0.0, 1e-12, 1e-17, 8e-22, -8e-22, 1e-30, 5e-324] {
             for c in [1.4e-10, -1.4e-10] {
-                let pairs = quartic(f64x8::lit(4.0), f64x8::lit(q), f64x8::lit(c));
+                let pairs = quartic(f64x8::lit(4.0), f64x8::lit(q), f64x8::lit(c), Mask::all_set());
                 let squares = pairs.map(|pair| pair.square.to_array()[0]);
                 let near = squares[0].max(squares[1]);
                 // Cancelled from numbers of the order of 4, and off by (q / p)^2 / 4.
@@ -156,10 +156,10 @@ mod tests {
     #[test]
     fn complex_roots_are_not_found() {
         // (s^2 + 1) (s^2 - 1/4), where a = 0, and (s^2 + s + 1) (s^2 - s + 2).
-        let [low, high] = quartic(f64x8::lit(0.75), f64x8::zero(), f64x8::lit(-0.25));
+        let [low, high] = quartic(f64x8::lit(0.75), f64x8::zero(), f64x8::lit(-0.25), Mask::all_set());
         let squares = [low, high].map(|pair| pair.square.to_array()[0]);
         assert!(squares.contains(&0.25) && squares.contains(&-1.0), "{squares:?}");
-        let [low, high] = quartic(f64x8::lit(2.0), f64x8::lit(1.0), f64x8::lit(2.0));
+        let [low, high] = quartic(f64x8::lit(2.0), f64x8::lit(1.0), f64x8::lit(2.0), Mask::all_set());
         assert!(low.square.lt(f64x8::zero()).all() && high.square.lt(f64x8::zero()).all());
     }
 
@@ -168,7 +168,7 @@ mod tests {
         for roots in [[-1.0, 0.25, 0.5], [-1.0, 0.5, 0.5], [-1.0, -1.0, 0.5], [0.1, 0.2, 0.3]] {
             let [x, y, z] = roots;
             let (b, c, d) = (-(x + y + z), x * y + y * z + z * x, -(x * y * z));
-            let (far, pair) = cubic(f64x8::lit(b), f64x8::lit(c), f64x8::lit(d));
+            let (far, pair) = cubic(f64x8::lit(b), f64x8::lit(c), f64x8::lit(d), Mask::all_set());
             let far = far.to_array()[0];
             let (middle, square) = (pair.middle.to_array()[0], pair.square.to_array()[0]);
             let root = square.max(0.0).sqrt();

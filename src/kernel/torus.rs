@@ -2,8 +2,8 @@
 
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic};
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
+use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, gather, permuted};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -59,12 +59,56 @@ struct Line {
     dir: Vec3<f64x8>,
 }
 
-impl Ring {
-    /// All crossings, sorted, NaN last; `t` in units of `own.dir`.
+/// Which crossings are wanted: those from `from` to `to`, counted as `s` of a [`Line`], in the lanes of `lanes`; with `first`
+/// only the first of them. Crossings that nobody wants are left out, or are where they are to half their digits.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    from: f64x8,
+    to: f64x8,
+    lanes: Mask<f64x8>,
+    first: bool,
+}
+
+/// What is wanted is looked for this much beyond the ends: roots before they are polished are off by less.
+const END_ROOM: f64 = 1.0 / 256.0;
+
+impl Wanted {
+    /// Everything.
+    fn all() -> Self {
+        let inf = f64x8::lit(f64::INFINITY);
+        Self { from: -inf, to: inf, lanes: Mask::all_set(), first: false }
+    }
+
+    /// The same counted from `shift` on.
     #[inline(always)]
-    fn crossings(&self, own: &Rays<f64x8>) -> [f64x8; 4] {
+    fn shifted(&self, shift: f64x8) -> Self {
+        Self { from: self.from - shift, to: self.to - shift, ..*self }
+    }
+
+    /// Where a root that is only about known may be wanted.
+    #[inline(always)]
+    fn about(&self, s: f64x8) -> Mask<f64x8> {
+        let room = f64x8::lit(END_ROOM);
+        s.ge(self.from - room) & s.le(self.to + room)
+    }
+
+    /// Where it surely is, and with it all that is asked for.
+    #[inline(always)]
+    fn settled_by(&self, s: f64x8) -> Mask<f64x8> {
+        match self.first {
+            true => s.ge(self.from + f64x8::lit(END_ROOM)),
+            false => Mask::none_set(),
+        }
+    }
+}
+
+impl Ring {
+    /// Crossings, sorted, NaN last; `t` in units of `own.dir`. `wanted` by `t`.
+    #[inline(always)]
+    fn crossings(&self, own: &Rays<f64x8>, wanted: &Wanted) -> [f64x8; 4] {
         let none = f64x8::lit(f64::NAN);
-        let inv = f64x8::lit(1.0) / own.dir.length();
+        let length = own.dir.length();
+        let inv = f64x8::lit(1.0) / length;
         let dir = own.dir * inv;
         // To the closest point, twice: the first step leaves the rounding of a far origin along the ray.
         let coarse = -own.origin.dot(dir);
@@ -74,19 +118,54 @@ impl Ring {
         let square = line.origin.dot(line.origin);
         let half_chord = (f64x8::lit(BOUND) - square).sqrt(); // NaN beyond the sphere
         let reach = line.origin.z.abs() - dir.z.abs() * half_chord;
-        let active = reach.le(self.minor + f64x8::lit(BOUND - 1.0));
+        let Wanted { from, to, .. } = *wanted;
+        let wanted = Wanted { from: from * length, to: to * length, ..*wanted }.shifted(coarse + fine);
+        let room = f64x8::lit(END_ROOM);
+        let active = wanted.lanes
+            & reach.le(self.minor + f64x8::lit(BOUND - 1.0))
+            & half_chord.ge(wanted.from - room)
+            & (-half_chord).le(wanted.to + room);
         if active.none() {
             return [none; 4];
         }
-        let roots = self.solve(&line, square, active);
+        let active = active & self.may_cross(&line, half_chord);
+        if active.none() {
+            return [none; 4];
+        }
+        let roots = self.solve(&line, square, &Wanted { lanes: active, ..wanted });
         roots.map(|s| (coarse + (fine + s)) * inv)
+    }
+
+    /// False where a line, which is nearest to the middle at its origin, misses the ring that a rectangle makes round the tube:
+    /// between its planes it passes through the hole, or outside.
+    #[inline(always)]
+    fn may_cross(&self, line: &Line, half_chord: f64x8) -> Mask<f64x8> {
+        // In single precision, with room to spare.
+        let (o, d) = (line.origin.cast::<f32x8>(), line.dir.cast::<f32x8>());
+        let (major, minor) = (f32x8::from_f64s(self.major), f32x8::from_f64s(self.minor));
+        let (zero, room) = (f32x8::zero(), f32x8::lit(BOUND - 1.0));
+        let (chord, height) = (f32x8::from_f64s(half_chord), minor + room);
+        let inv = f32x8::lit(1.0) / d.z;
+        let (a, b) = ((-height - o.z) * inv, (height - o.z) * inv);
+        // A ray along the planes may give NaN, which loses.
+        let (near, far) = (a.min(b).max(-chord), a.max(b).min(chord));
+        let (across, along) = (d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y);
+        let radius = |s: f32x8| {
+            let (x, y) = (o.x + d.x * s, o.y + d.y * s);
+            x * x + y * y
+        };
+        let closest = near.max(far.min(-along / across));
+        let (hole, rim) = ((major - minor - room).max(zero), major + minor + room);
+        let inside = radius(near).max(radius(far)).lt(hole * hole);
+        let outside = radius(closest).gt(rim * rim);
+        !(inside | outside).cast()
     }
 
     /// Roots along a line that starts at its closest point to the middle, `square` its distance squared.
     ///
     /// `F(s) = (|p|^2 + R^2 - r^2)^2 - 4 R^2 rho^2` is then depressed, `s^4 + p s^2 + q s + c`, and `c` is a product of
     /// two differences, so that thin tubes keep their digits.
-    fn solve(&self, line: &Line, square: f64x8, active: Mask<f64x8>) -> [f64x8; 4] {
+    fn solve(&self, line: &Line, square: f64x8, wanted: &Wanted) -> [f64x8; 4] {
         let Ring { major, minor } = *self;
         let (o, d) = (line.origin, line.dir);
         let across = d.x * d.x + d.y * d.y;
@@ -98,18 +177,32 @@ impl Ring {
         let (inner, outer) = (radius - major, radius + major);
         let zz = o.z * o.z;
         let c = ((inner - minor) * (inner + minor) + zz) * ((outer - minor) * (outer + minor) + zz);
-        let [low, high] = quartic(p, q, c);
-        let [l0, l1] = self.place(line, low, active);
-        let [h0, h1] = self.place(line, high, active);
+        let [low, high] = quartic(p, q, c, wanted.lanes);
+        let [l0, l1] = self.place(line, low, wanted);
+        let settled = wanted.settled_by(l0);
+        let [h0, h1] = self.place(line, high, &Wanted { lanes: wanted.lanes & !settled, ..*wanted });
         sorted([l0, l1, h0, h1])
     }
 
     /// Crossings of lanes that start on the torus: `t = 0`, and the roots of what remains of the quartic after
-    /// dividing by `t`. `noise` bounds the rounding of the tube's slope at the start.
-    fn crossings_left(&self, own: &Rays<f64x8>, on: Mask<f64x8>, noise: f64x8) -> [f64x8; 4] {
-        let Ring { major, minor } = *self;
-        let inv = f64x8::lit(1.0) / own.dir.length();
+    /// dividing by `t`. `noise` bounds the rounding of the tube's slope at the start. `wanted` by `t`.
+    fn crossings_left(&self, own: &Rays<f64x8>, wanted: &Wanted, noise: f64x8) -> [f64x8; 4] {
+        let (Ring { major, minor }, none) = (*self, f64x8::lit(f64::NAN));
+        let length = own.dir.length();
+        let inv = f64x8::lit(1.0) / length;
+        let mut wanted = Wanted { from: wanted.from * length, to: wanted.to * length, ..*wanted };
         let line = Line { origin: own.origin, dir: own.dir * inv };
+        let at_start = self.tube(&line, f64x8::zero());
+        if wanted.first {
+            // The outer half lies on the convex hull: what leaves it does not come back.
+            let gone =
+                self.major.ge(self.minor) & at_start.radius.ge(self.major) & at_start.slope.gt(noise * inv);
+            wanted.lanes &= !gone;
+            if wanted.lanes.none() {
+                return [f64x8::zero(), none, none, none];
+            }
+        }
+        let wanted = &wanted;
         let (o, d) = (line.origin, line.dir);
         let b = o.dot(d);
         let k = o.dot(o) + (major - minor);
@@ -117,15 +210,16 @@ impl Ring {
         let b3 = b * f64x8::lit(4.0);
         let c3 = b * b3 + k + k - four_rr * (d.x * d.x + d.y * d.y);
         let d3 = b3 * k - (four_rr + four_rr) * (o.x * d.x + o.y * d.y);
-        let (mut single, mut pair) = cubic(b3, c3, d3);
-        single = self.polish(&line, single, f64x8::lit(STRIDE), on);
+        let (mut single, mut pair) = cubic(b3, c3, d3, wanted.lanes);
+        single = self.polish(&line, single, f64x8::lit(STRIDE), wanted.lanes & wanted.about(single));
         // On which side of the tangent the ray leaves is below rounding: the start is a double root.
-        let tangent = self.tube(&line, f64x8::zero()).slope.abs().le(noise * inv);
+        let tangent = at_start.slope.abs().le(noise * inv);
         let touching = deflated(b3, c3, f64x8::zero());
-        single = tangent.select(f64x8::zero(), single);
+        single = wanted.lanes.select(tangent.select(f64x8::zero(), single), none);
         pair.middle = tangent.select(touching.middle, pair.middle);
         pair.square = tangent.select(touching.square, pair.square);
-        let [low, high] = self.place(&line, pair, on);
+        // Any of the three may be the first.
+        let [low, high] = self.place(&line, pair, &Wanted { first: false, ..*wanted });
         sorted([f64x8::zero(), single * inv, low * inv, high * inv])
     }
 
@@ -151,22 +245,29 @@ impl Ring {
 
     /// The roots of a pair, placed on the tube; NaN where there are none.
     #[inline(always)]
-    fn place(&self, line: &Line, pair: Pair, active: Mask<f64x8>) -> [f64x8; 2] {
+    fn place(&self, line: &Line, pair: Pair, wanted: &Wanted) -> [f64x8; 2] {
         let (zero, none) = (f64x8::zero(), f64x8::lit(f64::NAN));
         let Pair { mut middle, mut square } = pair;
-        let near = active & square.abs().le(f64x8::lit(NEAR));
+        let near = wanted.lanes & square.abs().le(f64x8::lit(NEAR)) & {
+            let widest = f64x8::lit(NEAR).sqrt();
+            wanted.about(wanted.to.min(middle + widest)) & wanted.about(wanted.from.max(middle - widest))
+        };
         if near.any() {
             let refined = self.extremum(line, middle, near);
             middle = refined.1.select(refined.0.middle, middle);
             square = refined.1.select(refined.0.square, square);
         }
-        let real = active & square.ge(zero);
+        let real = wanted.lanes & square.ge(zero);
         if real.none() {
             return [none; 2];
         }
         let half = square.sqrt();
-        let low = self.polish(line, middle - half, half, real);
-        let high = self.polish(line, middle + half, half, real);
+        let (low, high) = (middle - half, middle + half);
+        // Roots that lie apart keep apart; near ones may change places.
+        let apart = half.ge(f64x8::lit(END_ROOM));
+        let first = apart & wanted.settled_by(low);
+        let low = self.polish(line, low, half, real & wanted.about(low));
+        let high = self.polish(line, high, half, real & wanted.about(high) & !first);
         [real.select(low.min(high), none), real.select(high.max(low), none)]
     }
 
@@ -252,20 +353,24 @@ impl<S: Scalar> Tori<S> {
         Ring { major: f64x8::splat(self.major[i].to_f64()), minor: f64x8::splat(self.minor[i].to_f64()) }
     }
 
-    /// Crossings in f64, with the rays of own space.
+    /// Crossings in f64, with the rays of own space. `wanted` by `t`.
     #[inline(always)]
     fn crossings(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        wanted: &Wanted,
     ) -> ([f64x8; 4], Rays<f64x8>) {
         let frame = self.frames.at(i);
         let own = frame.in_f64().rays(&rays.in_f64());
         let ring = self.ring(i);
         // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
-        let all_left = left.is_some_and(|left| left.on.all());
-        let mut roots = if all_left { [f64x8::lit(f64::NAN); 4] } else { ring.crossings(&own) };
+        let others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
+        let mut roots = match others.any() {
+            true => ring.crossings(&own, &Wanted { lanes: others, ..*wanted }),
+            false => [f64x8::lit(f64::NAN); 4],
+        };
         if let Some(left) = left {
             // The slope changes by the start's error, enlarged where the ring is bent, and by the direction's.
             let radius = (own.origin.x * own.origin.x + own.origin.y * own.origin.y).sqrt();
@@ -273,7 +378,7 @@ impl<S: Scalar> Tori<S> {
             let noise = widened(frame.start_error(rays)).dot(own.dir.abs()) * bend
                 + widened(frame.direction_error(rays)).dot(own.origin.abs());
             let on = left.on.cast();
-            let others = ring.crossings_left(&own, on, noise);
+            let others = ring.crossings_left(&own, &Wanted { lanes: on & wanted.lanes, ..*wanted }, noise);
             for (root, other) in roots.iter_mut().zip(others) {
                 *root = on.select(other, *root);
             }
@@ -293,13 +398,28 @@ impl<S: Scalar> Block<S> for Tori<S> {
     /// Bounded by sphere and slab, then Ferrari at the closest point to the middle and Newton on the tube.
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        self.crossings(i, rays, left).0.map(S::Lane::from_f64s)
+        self.crossings(i, rays, left, &Wanted::all()).0.map(S::Lane::from_f64s)
+    }
+
+    #[inline]
+    fn first(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
+        let wanted = Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true };
+        let roots = self.crossings(i, rays, left, &wanted).0.map(S::Lane::from_f64s);
+        first_beyond(&roots, looking.from)
     }
 
     /// Without the inner sheet of a spindle torus.
     #[inline]
     fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        let ([a, b, c, d], own) = self.crossings(i, rays, left);
+        let ([a, b, c, d], own) = self.crossings(i, rays, left, &Wanted::all());
         let none = f64x8::lit(f64::NAN);
         // Between the second and third crossing lies the lens of the overlap, or a dimple outside: one question for
         // both, so that they stay a pair.

@@ -18,7 +18,6 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     // Constructive geometry is done in double precision in every mode.
     let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
     let stretch = stretch.get_or_insert_with(|| Stretch::new(&rays, query.lanes));
-    let source = Parts { scene, left: query.left, part: query.part };
     let t_min = query.t_min.to_f64s();
     let mut best = Best {
         t: query.t.to_f64s(),
@@ -29,6 +28,9 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     let mut changed = 0;
     for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
         let waiting = if ANY { lanes & !changed } else { lanes };
+        let parts = &composite.parts;
+        let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
+        let source = Parts { scene, left: query.left, part: query.part, starts };
         changed |= scene.csg.nearest(
             composite,
             (&rays, stretch),
@@ -56,6 +58,8 @@ pub struct Parts<'a, S: Scalar, B: Scalar> {
     pub left: [SurfaceId; LANES],
     /// The parts of them.
     pub part: [u8; LANES],
+    /// False if none of them is a part that is asked for.
+    pub starts: bool,
 }
 
 impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
@@ -63,8 +67,10 @@ impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8) {
         let surface = self.scene.first_part + part;
         let mut on = 0u8;
-        for (k, left) in self.left.iter().enumerate() {
-            on |= u8::from(*left == surface) << k;
+        if self.starts {
+            for (k, left) in self.left.iter().enumerate() {
+                on |= u8::from(*left == surface) << k;
+            }
         }
         let left = Left { on: Mask::from_bits(on), part: self.part };
         let part = &self.scene.csg.parts[part as usize];

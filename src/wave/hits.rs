@@ -418,7 +418,7 @@ fn cut_textures<S: Scalar, B: Scalar>(
     let mut textures = vec![];
     if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
         let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
-        let source = Parts { scene, left: query.left, part: query.part };
+        let source = Parts { scene, left: query.left, part: query.part, starts: true };
         // Two roundings: of `t` itself, and of the ray that it was found along.
         let at = (1 << lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
         for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {

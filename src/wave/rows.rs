@@ -3,7 +3,7 @@
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
-use crate::kernel::{Block, Left, Rays, View};
+use crate::kernel::{Block, Left, Looking, Rays, View};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use smallvec::SmallVec;
 
@@ -186,9 +186,10 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let roots = block.roots_seen(row as usize, &query.rays, view, left);
+            let looking = Looking { from: query.t_min, to: query.t, lanes: lanes & !gone };
+            let t = block.first(row as usize, &query.rays, view, left, &looking);
             count.leaf(lanes.count_ones());
-            changed |= accept(query, roots.as_ref(), surface, lanes & !gone, rank);
+            changed |= accept(query, t, surface, lanes & !gone, rank);
             if any && changed == lanes {
                 break;
             }
@@ -247,13 +248,10 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
     }
 }
 
-/// Takes the first of `roots` (rising) that lies beyond `t_min`, where it is nearer than what is known.
+/// Takes the crossing at `t` (NaN for none: nothing is nearer than a miss, whatever the limit) where it is nearer than what is
+/// known.
 #[inline(always)]
-fn accept<L: Lane>(query: &mut Query<L>, roots: &[L], surface: SurfaceId, lanes: u8, rank: &[u32]) -> u8 {
-    let mut t = L::lit(f64::NAN); // As a miss is: nothing is nearer than a miss, whatever the limit.
-    for &root in roots.iter().rev() {
-        t = root.gt(query.t_min).select(root, t);
-    }
+fn accept<L: Lane>(query: &mut Query<L>, t: L, surface: SurfaceId, lanes: u8, rank: &[u32]) -> u8 {
     let near = t.le(query.t).bits() & lanes;
     if near == 0 {
         return 0;

@@ -2,7 +2,7 @@
 
 use crate::support::{Rng, lane_roots, packet};
 use glam::DVec3;
-use octray::kernel::{Block, Left, Polynomials, Rays, Spheres, Tori};
+use octray::kernel::{Block, Left, Looking, Polynomials, Rays, Spheres, Tori, View};
 use octray::lane::{LANES, Lane, Mask, f64x8};
 use octray::scene::{Polynomial, Transform};
 use std::sync::Arc;
@@ -69,14 +69,19 @@ fn agree(a: &impl Block<f64>, b: &impl Block<f64>, place: &Transform, far: f64, 
         let onward = Rays { origin: surfaces.point, dir: rays.dir };
         let left = Left { on, part: surfaces.part };
         let (found_on, expected_on) = (a.roots(0, &onward, Some(&left)), b.roots(0, &onward, Some(&left)));
+        let ahead = Looking { from: f64x8::zero(), to: f64x8::lit(f64::INFINITY), lanes: !0 };
+        let view = View::default();
+        let first = [a.first(0, &rays, &view, None, &ahead), b.first(0, &rays, &view, None, &ahead)];
+        let left = Some(&left);
+        let first_on = [a.first(0, &onward, &view, left, &ahead), b.first(0, &onward, &view, left, &ahead)];
         for k in 0..LANES {
             let hit = on.bits() >> k & 1 == 1;
-            let mut pairs = vec![(lane_roots(found.as_ref(), k), lane_roots(expected.as_ref(), k))];
+            let mut pairs = vec![(lane_roots(found.as_ref(), k), lane_roots(expected.as_ref(), k), first)];
             if hit {
                 met += 1;
-                pairs.push((lane_roots(found_on.as_ref(), k), lane_roots(expected_on.as_ref(), k)));
+                pairs.push((lane_roots(found_on.as_ref(), k), lane_roots(expected_on.as_ref(), k), first_on));
             }
-            for (found, expected) in pairs {
+            for (found, expected, first) in pairs {
                 // Two roots that nearly touch are the square root of a rounding apart, or not there at all.
                 let gap = expected.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
                 if gap < 1e-3 || found.len() != expected.len() && found.windows(2).any(|w| w[1] - w[0] < 1e-3)
@@ -86,6 +91,13 @@ fn agree(a: &impl Block<f64>, b: &impl Block<f64>, place: &Transform, far: f64, 
                 assert_eq!(found.len(), expected.len(), "{found:?} for {expected:?}");
                 for (f, e) in found.iter().zip(&expected) {
                     assert!((f - e).abs() <= bound, "{found:?} for {expected:?}");
+                }
+                let nearest = expected.iter().find(|&&t| t > 0.0);
+                for first in first.map(|first| first.to_array()[k]) {
+                    match nearest {
+                        Some(t) => assert!((first - t).abs() <= bound, "{first} for {expected:?}"),
+                        None => assert!(first.is_nan(), "{first} for {expected:?}"),
+                    }
                 }
             }
         }
