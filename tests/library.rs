@@ -188,14 +188,14 @@ fn macros_of_a_library_are_read_when_they_are_called() {
                    #macro Plus() 1 + #end
                    #macro Define(N) #macro Inner() #debug \"in\" N #end #end
                    #macro Down(N) #if (N > 0) #debug str(N, 0, 0) Down(N - 1) #end #end
-                   #macro Broken() #if (1) #end #break #end";
+                   #macro Broken() #if (1) #end #else #end";
     let scene = "#include \"a.inc\" Say(1, 2) Say(4, 3) #debug str(Plus() 1, 0, 0) Down(3)";
     let done = load(&[("a.inc", library)], scene);
     assert_eq!(told(&done), [""; 0]);
     assert_eq!(done.stream(Stream::Debug), "#end2#end42321");
     let done = load(&[("a.inc", library)], "#include \"a.inc\" Broken()");
     assert_eq!(told(&done).len(), 1);
-    assert!(told(&done)[0].starts_with("a.inc:6: `#break` outside"), "{:?}", told(&done));
+    assert!(told(&done)[0].starts_with("a.inc:6: this directive belongs"), "{:?}", told(&done));
 }
 
 #[test]
@@ -206,4 +206,12 @@ fn a_long_chain_of_blocks_is_no_deep_one() {
     }
     let scene = "#include \"a.inc\" sphere { 0, 1 texture { T2999 } }";
     assert_eq!(colors(&[("a.inc", &library)], scene), [RED]);
+}
+
+#[test]
+fn a_macro_of_a_library_is_left_by_break() {
+    let library = &[("a.inc", "#macro Leave() #debug \"a\" #if (1) #break #end #debug \"b\" #end")];
+    let done = load(library, "#include \"a.inc\" #for (I, 0, 1) Leave() #debug \"x\" #end");
+    assert_eq!(told(&done), [""; 0]);
+    assert_eq!(done.stream(Stream::Debug), "axax");
 }

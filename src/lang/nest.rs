@@ -53,8 +53,9 @@ struct Open {
 /// Errors beyond this many are not told: they are all of one kind.
 const ERRORS: usize = 50;
 
-/// Fills in every jump. All errors of nesting are found in one pass.
-pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
+/// Fills in every jump. All errors of nesting are found in one pass. Where a macro's body is read by itself, `exit` is where
+/// its end will be.
+pub(super) fn nest(program: &mut Program, exit: Option<usize>) -> Result<(), Vec<Diagnostic>> {
     let mut open: Vec<Open> = Vec::new();
     let mut errors = Vec::new();
     for at in 0..program.tokens.len() {
@@ -114,10 +115,11 @@ pub(super) fn nest(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
                         Directive::While | Directive::For | Directive::Switch | Directive::Macro
                     )
                 });
-                match target {
+                match (target, exit) {
                     // Outside of its own loops a macro's `#break` leaves the macro (measured).
-                    Some(target) => target.breaks.push(at),
-                    None => errors
+                    (Some(target), _) => target.breaks.push(at),
+                    (None, Some(exit)) => set_jump(program, at, exit),
+                    (None, None) => errors
                         .push(Diagnostic::error("`#break` outside of a loop or `#switch`", program.span(at))),
                 }
             }

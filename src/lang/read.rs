@@ -43,7 +43,7 @@ pub fn read(
     program.tokens.reserve(tokens);
     program.places.reserve(tokens);
     tokenize(file, text, 0, &mut program, symbols, skim)?;
-    nest(&mut program)?;
+    nest(&mut program, None)?;
     Ok(program)
 }
 
@@ -57,13 +57,14 @@ pub fn read_part(
 ) -> Result<Program, Vec<Diagnostic>> {
     let mut program = Program { file: Some(part.file), ..Program::default() };
     tokenize(part.file, &text[..part.end as usize], part.start as usize, &mut program, symbols, false)?;
+    let at = program.tokens.len() - 1;
     // A block has no directives.
-    nest(&mut program)?;
-    let end = match token {
-        Token::Body => Token::Directive(Directive::EndMacro, 0),
-        _ => Token::Mark(Mark::Semicolon),
+    let (end, exit) = match token {
+        Token::Body => (Token::Directive(Directive::EndMacro, 0), Some(at)),
+        _ => (Token::Mark(Mark::Semicolon), None),
     };
-    program.tokens.insert(program.tokens.len() - 1, end);
+    nest(&mut program, exit)?;
+    program.tokens.insert(at, end);
     program.places.push((part.end, 0));
     Ok(program)
 }
