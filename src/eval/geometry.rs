@@ -82,7 +82,7 @@ impl Machine<'_> {
                 self.solids.remove(0);
             }
             // The object is kept, so that its address stays its own and nobody changes it in place.
-            self.solids.push((object.clone(), Solid::new(object)));
+            self.solids.push((object.clone(), Solid::new(object, part_boxes(object))));
             self.solids.len() - 1
         });
         &self.solids[index].1
@@ -130,6 +130,20 @@ pub(super) fn stand_in((min, max): Extent) -> Object {
 /// The bounding box of an object in the space it stands in.
 fn extent(object: &Object) -> Extent {
     placed(object, &Transform::IDENTITY)
+}
+
+/// What holds the surfaces of a union's children: of simple shapes without clips, whose extent is sure to.
+fn part_boxes(object: &Object) -> Vec<Option<Extent>> {
+    let Shape::Csg { op: CsgOp::Union, children, .. } = &object.shape else { return Vec::new() };
+    let part = |child: &Arc<Object>| {
+        let simple = !matches!(child.shape, Shape::Csg { .. }) && child.clipped_by().is_empty();
+        simple.then(|| leaf(&child.shape, &child.transform.then(&object.transform))).filter(is_bounded)
+    };
+    children.iter().map(part).collect()
+}
+
+fn is_bounded(extent: &Extent) -> bool {
+    extent.0.min_element() > -ENDLESS && extent.1.max_element() < ENDLESS
 }
 
 fn placed(object: &Object, to_world: &Transform) -> Extent {
@@ -256,4 +270,51 @@ fn around(points: impl Iterator<Item = DVec3>, place: &Transform) -> Extent {
     let mut points = points.map(|point| place.point(point));
     let Some(first) = points.next() else { return Extent::default() };
     points.fold((first, first), |(min, max), point| (min.min(point), max.max(point)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_of_parts_hide_nothing_from_a_trace() {
+        let turn = |object: Object, x: f64| {
+            let place = glam::DAffine3::from_translation(DVec3::X * x) * glam::DAffine3::from_rotation_y(x);
+            Arc::new(Object { transform: Transform::from_affine(place).unwrap().into(), ..object })
+        };
+        let (min, max) = (DVec3::new(-0.5, -0.2, -0.4), DVec3::new(0.3, 0.6, 0.1));
+        let children = vec![
+            turn(Object::new(Shape::Sphere { center: DVec3::Y * 0.3, radius: 0.4 }), -2.0),
+            turn(Object::new(Shape::Box { min, max }), -1.0),
+            turn(Object::new(Shape::Torus { major: 0.4, minor: 0.1 }), 0.0),
+            turn(Object::new(Shape::Plane { normal: DVec3::Y, distance: -1.0 }), 0.5),
+            turn(
+                Object::new(Shape::Cone {
+                    base: min,
+                    base_radius: 0.4,
+                    cap: max,
+                    cap_radius: 0.1,
+                    open: true,
+                }),
+                1.0,
+            ),
+            turn(Object::new(Shape::Disc { center: max, normal: DVec3::ONE, radius: 0.6, hole: 0.1 }), 2.0),
+        ];
+        let union = Shape::Csg { op: CsgOp::Union, children, cutaway_textures: false };
+        let union = Arc::new(Object::new(union));
+        let (boxed, plain) = (Solid::new(&union, part_boxes(&union)), Solid::new(&union, vec![]));
+        assert_eq!(part_boxes(&union).iter().flatten().count(), 5, "all but the plane");
+        let mut met = 0;
+        for k in 0..4000 {
+            // Points and directions that fill a box and a ball evenly enough.
+            let angle = f64::from(k) * 2.399963;
+            let height = (f64::from(k) * 0.618034).fract() * 2.0 - 1.0;
+            let dir = DVec3::new(angle.cos(), height, angle.sin()).normalize();
+            let origin = DVec3::new((f64::from(k) * 0.754878).fract() * 6.0 - 3.0, height, angle.cos());
+            let (a, b) = (boxed.meet(origin, dir), plain.meet(origin, dir));
+            assert_eq!(a, b, "from {origin} along {dir}");
+            met += u32::from(a.is_some());
+        }
+        assert!(met > 1000, "{met} met");
+    }
 }

@@ -86,18 +86,32 @@ pub fn nearest_hit(scene: &Scene, origin: DVec3, dir: DVec3) -> Option<Hit> {
 }
 
 /// One object, made ready to be asked any number of times.
-pub struct Solid(Node);
+pub struct Solid {
+    node: Node,
+    boxes: Vec<Option<PartBox>>,
+}
+
+/// Lowest and highest corner of what holds a part's surface.
+pub type PartBox = (DVec3, DVec3);
 
 impl Solid {
-    /// Resolves the object; takes some hundred bytes for each of its parts.
-    pub fn new(object: &Arc<Object>) -> Self {
-        Self(world::alone(object))
+    /// Resolves the object; takes some hundred bytes for each of its parts. If it is a union, `boxes` may say, child by child,
+    /// where lines need not look; it is empty if nothing is known.
+    pub fn new(object: &Arc<Object>, boxes: Vec<Option<PartBox>>) -> Self {
+        Self { node: world::alone(object), boxes }
     }
 
     /// What a line from `origin` along the unit `dir` meets first; the normal points out of the object.
     pub fn meet(&self, origin: DVec3, dir: DVec3) -> Option<Hit> {
         let ray = Ray::new(origin, dir, RayKind::Camera);
-        let hit = world::nearest(std::slice::from_ref(&self.0), &ray, f64::INFINITY)?;
+        let hit = match self.node.parts_of_union() {
+            Some(parts) if parts.len() == self.boxes.len() => {
+                let near = |part: &Option<PartBox>| part.is_none_or(|part| may_meet(part, origin, dir));
+                let parts = parts.iter().zip(&self.boxes).filter(|(_, part)| near(part));
+                world::nearest(parts.map(|(part, _)| part), &ray, f64::INFINITY)
+            }
+            _ => world::nearest(std::slice::from_ref(&self.node), &ray, f64::INFINITY),
+        }?;
         let normal = if hit.backside { -hit.normal } else { hit.normal };
         Some(Hit { t: hit.t, point: hit.face.point, normal, object: 0 })
     }
@@ -106,8 +120,29 @@ impl Solid {
     pub fn contains(&self, point: DVec3) -> bool {
         /// Counting goes along any line; this unit vector is along no face of what people build.
         const ASKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);
-        self.0.trail(&Ray::new(point, ASKEW, RayKind::Camera)).is_inside_at_start()
+        self.node.trail(&Ray::new(point, ASKEW, RayKind::Camera)).is_inside_at_start()
     }
+}
+
+/// Boxes are widened by this share of the coordinates: thousands of times the roundings of a corner and of a crossing.
+const BOX_PAD: f64 = 1e-9;
+
+/// False if a line ahead of `origin` passes by a box.
+fn may_meet((min, max): PartBox, origin: DVec3, dir: DVec3) -> bool {
+    let pad = min.abs().max(max.abs()).max(origin.abs()).max_element() * BOX_PAD;
+    let (mut near, mut far) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let (low, high) = (min[axis] - pad - origin[axis], max[axis] + pad - origin[axis]);
+        if dir[axis] == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = (low / dir[axis], high / dir[axis]);
+        (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
+    }
+    near <= far
 }
 
 /// The colour of a pigment at a point of the space it stands in.

@@ -187,9 +187,9 @@ impl<'s> World<'s> {
 /// The nearest surface of these that the ray sees before `t_max`.
 ///
 /// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met.
-pub fn nearest<'w>(nodes: &'w [Node], ray: &Ray, t_max: f64) -> Option<Met<'w>> {
+pub fn nearest<'w>(nodes: impl IntoIterator<Item = &'w Node>, ray: &Ray, t_max: f64) -> Option<Met<'w>> {
     let mut best: Option<(Crossing, Face, usize)> = None;
-    for (object, node) in nodes.iter().enumerate() {
+    for (object, node) in nodes.into_iter().enumerate() {
         for crossing in node.trail(ray).crossings {
             let Some(face) = crossing.face else { continue };
             if !crossing.is_ahead() || is_hidden(&face.leaf.look.flags, ray.kind) {
@@ -215,6 +215,14 @@ pub fn alone(object: &Arc<Object>) -> Node {
 }
 
 impl Node {
+    /// Its parts, if it is no more than they are.
+    pub fn parts_of_union(&self) -> Option<&[Node]> {
+        match &self.kind {
+            NodeKind::Group { join: Join::Union, children, .. } if self.clips.is_empty() => Some(children),
+            _ => None,
+        }
+    }
+
     /// Where no texture is given to a cut face (`cutaway_textures`): those of the parts that the face's point is in.
     ///
     /// A point on a surface counts as in it. Of a difference only the first part counts.
