@@ -17,12 +17,9 @@ pub trait Visit<B: Scalar> {
     /// shortens their `far` where a nearer hit was found (to a negative number where the ray is done). Returns a bit for
     /// each packet that has changed.
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8;
-    /// A ray is about to go on alone.
-    fn begin_single(&mut self, packet: usize, lane: usize);
-    /// Tests the primitives of `run` against the single ray, which is looked at up to `far`: the new `far`.
-    fn single(&mut self, run: &Run, state: &Packet<B>, far: B) -> B;
-    /// The single ray has seen everything.
-    fn end_single(&mut self);
+    /// Tests the primitives of `run` against the ray in lane `.1` of packet `.0`, whose state is given and which looks up
+    /// to `far`: the new `far`.
+    fn single(&mut self, run: &Run, ray: (usize, usize), state: &Packet<B>, far: B) -> B;
     /// Eight lanes were held against boxes, so many of them with something to hold.
     fn boxes(&mut self, lanes: u32);
     /// False if no ray of the walk cares for runs of this class.
@@ -487,19 +484,23 @@ fn walk_single<B: Scalar>(
         (0..3).fold(0u8, |o, axis| o | u8::from(packet.inverse[axis].lanes()[lane] < B::default()) << axis);
     let sides = Sides::of(octant);
     let mut far = packet.far.lanes()[lane];
-    visit.begin_single(number, lane);
     let mut child = start;
     let mut top = 0;
-    loop {
+    'walk: loop {
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    far = visit.single(run, packet, far);
+                    far = visit.single(run, (number, lane), packet, far);
                 }
             });
         } else {
             let node = &bvh.nodes[child.index()];
             visit.boxes(node.children());
+            // Children lie on a cache line of their own: it is asked for now, not when it is known which of them is next.
+            // (The first is always there.)
+            if node.child[0] == Child::NONE {
+                break;
+            }
             let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
             for axis in 0..3 {
                 t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).max(t_in);
@@ -541,9 +542,7 @@ fn walk_single<B: Scalar>(
         }
         loop {
             if top == 0 {
-                packet.far.lanes_mut()[lane] = far;
-                visit.end_single();
-                return;
+                break 'walk;
             }
             top -= 1;
             if stack[top].near <= far {
@@ -552,6 +551,7 @@ fn walk_single<B: Scalar>(
             }
         }
     }
+    packet.far.lanes_mut()[lane] = far;
 }
 
 /// Children in the order of their nearest points. Entries are written to the stack once and in order: to move them

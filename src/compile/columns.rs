@@ -25,7 +25,7 @@ macro_rules! kinds {
 
             /// True if one ray can be tested against several rows at a time.
             pub fn tests_across(self) -> bool {
-                match self { $(Kind::$variant => <$block<f64> as Block<f64>>::ACROSS > 0),* }
+                match self { $(Kind::$variant => <$block<f64> as Block<f64>>::ACROSS),* }
             }
 
             /// Cost of testing it against a packet, in box tests.

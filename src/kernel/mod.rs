@@ -37,7 +37,7 @@ pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
 
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 
 /// Eight rays with unit directions.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,6 +57,45 @@ pub struct Looking<L> {
     pub to: L,
     /// Lanes that look at all.
     pub lanes: u8,
+}
+
+/// One of eight rays, and how it sees corners.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray<S> {
+    origin: [S; 3],
+    dir: [S; 3],
+    view: [[S; 3]; 2],
+}
+
+impl<S: Scalar> Ray<S> {
+    /// The ray in lane `lane`; `view` is that of all eight.
+    #[inline(always)]
+    pub fn of(rays: &Rays<S::Lane>, view: &View<S::Lane>, lane: usize) -> Self {
+        let one = |v: &Vec3<S::Lane>| [v.x.lanes()[lane], v.y.lanes()[lane], v.z.lanes()[lane]];
+        let [x, y] = view.axes();
+        Self { origin: one(&rays.origin), dir: one(&rays.dir), view: [one(x), one(y)] }
+    }
+}
+
+/// A vector in four lanes: its components.
+type Four<Q> = [Q; 3];
+
+/// The same vector in all four lanes.
+#[inline(always)]
+fn in_four<Q: Quad>(v: [Q::Scalar; 3]) -> Four<Q> {
+    v.map(Q::splat)
+}
+
+/// Scalar product, in the order that [`Vec3::dot`] has.
+#[inline(always)]
+fn dot_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Q {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `a - b`.
+#[inline(always)]
+fn less_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Four<Q> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// The rays among eight that start on the primitive at hand.
@@ -152,20 +191,15 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         first_beyond(self.roots_seen(i, rays, view, left).as_ref(), looking.from)
     }
 
-    /// One ray against eight rows at a time may start at multiples of this; 0 if the kind has no such test.
-    const ACROSS: u32 = 0;
+    /// True if the kind has a test of one ray against four rows.
+    const ACROSS: bool = false;
 
-    /// Crossings of one ray, which is in every lane, with the rows from `first` to before `end` (the ninth may lie before
-    /// that), a row a lane, in the form of [`Block::roots`]. The other lanes hold anything.
+    /// The first crossing beyond `limits.0` (at least 0) of one ray with each of the rows `4 * four` to `4 * four + 3`, a
+    /// row a lane, as eight rays would have it, to the bit; and the lanes where there is one that is not beyond
+    /// `limits.1`. The ray starts on the rows whose bit is set in `left`, one at most. Rows past the end hold anything.
     #[inline(always)]
-    fn roots_across(
-        &self,
-        (first, _end): (usize, usize),
-        rays: &Rays<S::Lane>,
-        _view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> Self::Roots {
-        self.roots(first, rays, left)
+    fn near_in_four(&self, _four: usize, _ray: &Ray<S>, _limits: (S, S), _left: u8) -> (S::Quad, u8) {
+        (S::Quad::default(), 0)
     }
 
     /// Lanes of `left.on` that leave primitive `i`, which is convex, for good: none of their crossings lies ahead. Only

@@ -1,8 +1,8 @@
 //! Triangles, flat and smooth, without cracks between neighbours.
 
 use super::plane::finite;
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use super::{Aabb, Block, Left, Ray, Rays, Surfaces, dot_four, gather, in_four, less_four, permuted};
+use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` flat triangles: columns `corner` (3 corners x 3) and `normal` (3, unit, along the cross product of the edges
@@ -46,6 +46,12 @@ impl<L: Lane> View<L> {
         let turn = dir.x.abs().ge(dir.z.abs());
         let x = Vec3::new(turn.keep(-dir.y), turn.select(dir.x, -dir.z), turn.select(L::zero(), dir.y));
         Self { x, y: dir.cross(x) }
+    }
+
+    /// The two vectors.
+    #[inline(always)]
+    pub(super) fn axes(&self) -> [&Vec3<L>; 2] {
+        [&self.x, &self.y]
     }
 
     /// The two coordinates of a point, given relative to the rays' start.
@@ -163,17 +169,6 @@ impl<S: Scalar> Triangles<S> {
             S::Lane::from_fn(|lane| self.fours[index[lane] as usize / 4].0[k][index[lane] as usize % 4])
         })
     }
-
-    /// Triangles `first` (a multiple of four) to `first + 7`, a lane each, of which those below `end` matter. Mostly
-    /// they lie in one four, and no other is waited for.
-    #[inline(always)]
-    fn across(&self, first: usize, end: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
-        let Four(a) = &self.fours[first / 4];
-        let Four(b) = &self.fours[end.saturating_sub(1).min(first + 4) / 4];
-        of_columns(|k| {
-            S::Lane::from_array([a[k][0], a[k][1], a[k][2], a[k][3], b[k][0], b[k][1], b[k][2], b[k][3]])
-        })
-    }
 }
 
 /// Corners and normal from the twelve columns.
@@ -204,6 +199,35 @@ fn crossing<L: Lane>(
         t = left.on.select(L::zero(), t);
     }
     [finite(t)]
+}
+
+/// [`crossing`] of one ray with four triangles: see [`Block::near_in_four`]. (The triangle that the ray starts on is
+/// crossed at 0, which is not beyond `t_min`.)
+#[inline(always)]
+fn near_crossings<S: Scalar>(
+    four: &Four<S>,
+    ray: &Ray<S>,
+    (t_min, t_max): (S, S),
+    left: u8,
+) -> (S::Quad, u8) {
+    let [origin, dir] = [ray.origin, ray.dir].map(in_four::<S::Quad>);
+    let [x, y] = ray.view.map(in_four::<S::Quad>);
+    let three = |k: usize| [0, 1, 2].map(|axis| S::Quad::from_array(four.0[k + axis]));
+    let corners = [0, 3, 6].map(|k| less_four(three(k), origin));
+    let [(x0, y0), (x1, y1), (x2, y2)] = corners.map(|corner| (dot_four(x, corner), dot_four(y, corner)));
+    let zero = S::Quad::default();
+    let [above0, above1, above2] = [y0, y1, y2].map(|y| y.gt(zero));
+    // As in `crosses`.
+    let crosses = |above1: S::Quad, above2: S::Quad, cross: S::Quad| {
+        (above1 ^ above2) & above2.choose(cross, -cross).gt(zero)
+    };
+    let inside = crosses(above1, above2, x1 * y2 - x2 * y1)
+        ^ crosses(above2, above0, x2 * y0 - x0 * y2)
+        ^ crosses(above0, above1, x0 * y1 - x1 * y0);
+    let normal = three(9);
+    let t = dot_four(normal, corners[0]) / dot_four(normal, dir);
+    let seen = inside & t.gt(S::Quad::splat(t_min)) & t.le(S::Quad::splat(t_max));
+    (t, seen.bits() & !left)
 }
 
 /// The unit normal of a triangle, zero if it has no area.
@@ -291,17 +315,11 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         crossing(self.at(i), rays, view, left)
     }
 
-    const ACROSS: u32 = 4;
+    const ACROSS: bool = true;
 
     #[inline(always)]
-    fn roots_across(
-        &self,
-        (first, end): (usize, usize),
-        rays: &Rays<S::Lane>,
-        view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> [S::Lane; 1] {
-        crossing(self.across(first, end), rays, view, left)
+    fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
+        near_crossings(&self.fours[four], ray, limits, left)
     }
 
     #[inline(always)]
@@ -390,17 +408,11 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
         self.flat.roots_seen(i, rays, view, left)
     }
 
-    const ACROSS: u32 = 4;
+    const ACROSS: bool = true;
 
     #[inline(always)]
-    fn roots_across(
-        &self,
-        rows: (usize, usize),
-        rays: &Rays<S::Lane>,
-        view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> [S::Lane; 1] {
-        self.flat.roots_across(rows, rays, view, left)
+    fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
+        self.flat.near_in_four(four, ray, limits, left)
     }
 
     #[inline(always)]

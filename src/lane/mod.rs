@@ -1,4 +1,4 @@
-//! Eight numbers at a time, in single or double precision, behind one trait.
+//! Eight numbers at a time, in single or double precision, behind one trait; four of them behind another.
 //!
 //! Kernels are written once over [`Lane`]; the caller picks `f32x8` or `f64x8`. This room knows no geometry.
 //!
@@ -6,14 +6,16 @@
 //! sound ones are let through: no 12-bit reciprocals, no multiply-add whose rounding depends on the build.
 
 mod mask;
+mod quad;
 mod vec3;
 
 pub use mask::Mask;
+pub use quad::{QUAD, Quad};
 pub use vec3::Vec3;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
-use wide::u32x8;
+use wide::{f32x4, f64x4, u32x8};
 pub use wide::{f32x8, f64x8};
 
 /// Lanes in a packet.
@@ -56,6 +58,8 @@ pub fn highest<L: Lane>(x: L) -> L::Scalar {
 pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
     /// The lanes that hold it.
     type Lane: Lane<Scalar = Self>;
+    /// Four of it.
+    type Quad: Quad<Scalar = Self>;
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
     const UNIT_ROUNDOFF: f64;
     /// Rounds to nearest.
@@ -68,6 +72,7 @@ pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync 
 
 impl Scalar for f32 {
     type Lane = f32x8;
+    type Quad = f32x4;
     const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
     fn from_f64(x: f64) -> Self {
         x as f32
@@ -83,6 +88,7 @@ impl Scalar for f32 {
 
 impl Scalar for f64 {
     type Lane = f64x8;
+    type Quad = f64x4;
     const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
     fn from_f64(x: f64) -> Self {
         x

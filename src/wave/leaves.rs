@@ -2,11 +2,11 @@
 
 use super::composite::composites;
 use super::query::{GROUP, Query};
-use super::rows::{One, Rows, TestAcross, TestPackets, TestRun, Views};
+use super::rows::{Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Compiled, class};
 use crate::csg::{Scratch, Stretch};
-use crate::lane::Scalar;
+use crate::lane::{LANES, Lane, Scalar};
 
 /// What happens in the tree's leaves.
 pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
@@ -21,7 +21,6 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     pub tinted: [u8; GROUP],
     /// How its packets' rays see corners.
     views: &'a Views<S>,
-    one: One<S>,
     /// What has blocked a shadow ray last.
     pub blocker: Option<Run>,
     /// What was tested, if that is counted.
@@ -59,42 +58,26 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     }
 
     #[inline]
-    fn begin_single(&mut self, packet: usize, lane: usize) {
-        self.one = One::of(&self.queries[packet], packet, lane);
-    }
-
-    #[inline]
-    fn single(&mut self, run: &Run, state: &Packet<B>, far: B) -> B {
-        let before = self.one.t;
+    fn single(&mut self, run: &Run, (packet, lane): (usize, usize), state: &Packet<B>, far: B) -> B {
+        let lane = lane & (LANES - 1);
+        let before = self.queries[packet].t.lanes()[lane];
         let found = if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
             None
         } else {
-            let (rows, count) = (rows(self.scene, run), &mut self.count);
-            let test = TestAcross { rows, one: &mut self.one, count };
+            let (rows, query, view) =
+                (rows(self.scene, run), &mut self.queries[packet], self.views.of(packet));
+            let test = TestAcross::<S, C> { rows, query, view, lane, count: &mut self.count };
             self.scene.columns.with(run.kind, test)
         };
-        let found = found.unwrap_or_else(|| {
-            // No test of one ray against eight rows: the packet's test, with one lane.
-            let (packet, lane) = self.one.place();
-            self.one.tell(&mut self.queries[packet]);
-            let found = self.run(run, packet, 1 << lane) != 0;
-            self.one.learn(&self.queries[packet]);
-            found
-        });
-        match (found, ANY) {
-            (false, _) => far,
-            (true, true) => {
-                self.blocker = Some(*run);
-                B::from_f64(-1.0)
-            }
-            (true, false) if self.one.t == before => far,
-            (true, false) => state.far_of_lane(self.one.t.to_f64(), self.one.place().1),
+        if !found.unwrap_or_else(|| self.one_lane(run, packet, lane)) {
+            return far;
         }
-    }
-
-    #[inline]
-    fn end_single(&mut self) {
-        self.one.tell(&mut self.queries[self.one.place().0]);
+        if ANY {
+            self.blocker = Some(*run);
+            return B::from_f64(-1.0);
+        }
+        let t = self.queries[packet].t.lanes()[lane];
+        if t == before { far } else { state.far_of_lane(t.to_f64(), lane) }
     }
 
     #[inline(always)]
@@ -125,10 +108,16 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             stretches,
             tinted: [0; GROUP],
             views,
-            one: One::default(),
             blocker: None,
             count: C::default(),
         }
+    }
+
+    /// Tests a run that has no test of one ray against four rows: the packet's test, with one lane.
+    #[cold]
+    #[inline(never)]
+    fn one_lane(&mut self, run: &Run, packet: usize, lane: usize) -> bool {
+        self.run(run, packet, 1 << lane) != 0
     }
 
     /// Tests a run against one packet and returns the lanes whose hit changed.

@@ -70,6 +70,20 @@ impl<L: Lane> Query<L> {
         equal_lanes(&self.left, surface)
     }
 
+    /// The ray in lane `lane` has hit `surface` at `t`, which is not beyond what is known: whether that is what it sees.
+    /// Of two surfaces at one place the one of lower rank is seen; nothing is at the limit itself, nor at an infinite one.
+    #[inline(always)]
+    pub fn take(&mut self, lane: usize, t: L::Scalar, surface: SurfaceId, rank: &[u32]) -> bool {
+        let (known, other) = (self.t.lanes()[lane], self.surface[lane]);
+        let first = || other != NO_SURFACE && rank[surface as usize] < rank[other as usize];
+        let seen = t < known || (t == known && first());
+        if seen {
+            self.t.lanes_mut()[lane] = t;
+            self.surface[lane] = surface;
+        }
+        seen
+    }
+
     /// Lanes that have hit something.
     #[inline(always)]
     pub fn hits(&self) -> u8 {

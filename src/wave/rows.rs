@@ -3,73 +3,9 @@
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
-use crate::kernel::{Block, Left, Looking, Rays, View};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::kernel::{Block, Left, Looking, Ray, View};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar};
 use smallvec::SmallVec;
-
-/// The ray that walks alone, in every lane, and what it has hit so far.
-pub struct One<S: Scalar> {
-    packet: usize,
-    lane: usize,
-    rays: Rays<S::Lane>,
-    view: View<S::Lane>,
-    t_min: S::Lane,
-    left: SurfaceId,
-    part: u8,
-    /// The nearest hit so far, or how far to look.
-    pub t: S,
-    surface: SurfaceId,
-}
-
-impl<S: Scalar> Default for One<S> {
-    fn default() -> Self {
-        let rays = Rays { origin: Vec3::default(), dir: Vec3::default() };
-        let (t, t_min) = (S::default(), S::Lane::default());
-        let (left, surface) = (NO_SURFACE, NO_SURFACE);
-        Self { packet: 0, lane: 0, rays, view: View::default(), t_min, left, part: 0, t, surface }
-    }
-}
-
-impl<S: Scalar> One<S> {
-    /// The ray in lane `lane` of packet number `packet`, whose query is given.
-    #[inline(always)]
-    pub fn of(query: &Query<S::Lane>, packet: usize, lane: usize) -> Self {
-        let one = |x: S::Lane| S::Lane::splat(x.lanes()[lane]);
-        let all = |v: Vec3<S::Lane>| Vec3::new(one(v.x), one(v.y), one(v.z));
-        let rays = Rays { origin: all(query.rays.origin), dir: all(query.rays.dir) };
-        Self {
-            packet,
-            lane,
-            rays,
-            view: View::along(rays.dir),
-            t_min: one(query.t_min),
-            left: query.left[lane],
-            part: query.part[lane],
-            t: query.t.lanes()[lane],
-            surface: query.surface[lane],
-        }
-    }
-
-    /// Packet and lane that it came from.
-    #[inline(always)]
-    pub fn place(&self) -> (usize, usize) {
-        (self.packet, self.lane)
-    }
-
-    /// Writes down in the query what was hit.
-    #[inline(always)]
-    pub fn tell(&self, query: &mut Query<S::Lane>) {
-        query.t.lanes_mut()[self.lane] = self.t;
-        query.surface[self.lane] = self.surface;
-    }
-
-    /// Takes over what the query has hit in the meantime.
-    #[inline(always)]
-    pub fn learn(&mut self, query: &Query<S::Lane>) {
-        self.t = query.t.lanes()[self.lane];
-        self.surface = query.surface[self.lane];
-    }
-}
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
 pub struct Views<S: Scalar> {
@@ -95,11 +31,13 @@ impl<S: Scalar> Views<S> {
     }
 }
 
-/// The test of a run of one kind by one ray, eight rows at a time: whether anything nearer was found; `None` for kinds
-/// that cannot.
+/// The test of a run of one kind by one ray, four rows at a time: whether anything nearer was found; `None` for kinds that
+/// cannot.
 pub struct TestAcross<'a, S: Scalar, C: Count> {
     pub rows: Rows<'a>,
-    pub one: &'a mut One<S>,
+    pub query: &'a mut Query<S::Lane>,
+    pub view: &'a View<S::Lane>,
+    pub lane: usize,
     pub count: &'a mut C,
 }
 
@@ -108,50 +46,39 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> Option<bool> {
-        let Self { rows: Rows { run, base, rank }, one, count } = self;
-        if K::ACROSS == 0 {
+        let Self { rows: Rows { run, base, rank }, query, view, lane, count } = self;
+        if !K::ACROSS {
             return None;
         }
+        let ray = Ray::of(&query.rays, view, lane);
+        let (t_min, left) = (query.t_min.lanes()[lane], query.left[lane]);
         let mut found = false;
-        let (end, mut first) = (run.first + run.len, run.first - run.first % K::ACROSS);
+        let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
         while first < end {
-            // Rows of this run among the eight.
-            let mut rows = !0u8 << run.first.saturating_sub(first);
-            if end - first < LANES as u32 {
-                rows &= (1 << (end - first)) - 1;
-            }
+            // Rows of this run among the four.
+            let rows = (!0u32 << run.first.saturating_sub(first) & !(!0 << (end - first).min(FOUR))) as u8;
             count.leaf(rows.count_ones());
-            let surface = base + first;
-            let lane = one.left.wrapping_sub(surface);
-            let roots = if lane < LANES as u32 {
-                let left = Left { on: Mask::from_bits(1 << lane), part: [one.part; LANES] };
-                block.roots_across((first as usize, end as usize), &one.rays, &one.view, Some(&left))
-            } else {
-                block.roots_across((first as usize, end as usize), &one.rays, &one.view, None)
-            };
-            let mut t = S::Lane::lit(f64::INFINITY);
-            for &root in roots.as_ref().iter().rev() {
-                t = root.gt(one.t_min).select(root, t);
-            }
-            let mut near = t.le(S::Lane::splat(one.t)).bits() & rows;
-            while near != 0 {
-                let lane = near.trailing_zeros() as usize & (LANES - 1);
-                near &= near - 1;
-                let (t, surface) = (t.lanes()[lane], surface + lane as u32);
-                // Two surfaces at one place: the one declared first is seen. (A miss is not nearer than an infinite
-                // limit, nor a hit at the limit itself.)
-                let first = one.surface != NO_SURFACE && rank[surface as usize] < rank[one.surface as usize];
-                if t < one.t || (t == one.t && first) {
-                    one.t = t;
-                    one.surface = surface;
-                    found = true;
+            let left = left.wrapping_sub(base + first);
+            let left = if left < FOUR { 1 << left } else { 0 };
+            let limits = (t_min, query.t.lanes()[lane]);
+            let (t, near) = block.near_in_four((first / FOUR) as usize, &ray, limits, left);
+            let mut near = near & rows;
+            if near != 0 {
+                let t = t.to_array();
+                while near != 0 {
+                    let k = near.trailing_zeros() % FOUR;
+                    near &= near - 1;
+                    found |= query.take(lane, t[k as usize], base + first + k, rank);
                 }
             }
-            first += LANES as u32;
+            first += FOUR;
         }
         Some(found)
     }
 }
+
+/// Rows that one ray is tested against at a time.
+const FOUR: u32 = QUAD as u32;
 
 /// Rows of one kind that stand together in a leaf.
 #[derive(Clone, Copy)]

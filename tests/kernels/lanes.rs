@@ -3,7 +3,7 @@
 use crate::support::{Rng, lane_roots, packet};
 use glam::DVec3;
 use octray::kernel::*;
-use octray::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use octray::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use octray::scene::Transform;
 
 /// Three primitives of each kind, in three places.
@@ -25,6 +25,7 @@ fn check<S: Scalar, B: Block<S>>(what: &str, push: impl Fn(&mut B, &Transform)) 
         broken_rays_hit_nothing(what, &block, &rays, rng);
         rows_move_as_told(what, &places, &push, &block, &rays);
         first_is_first_of_all(what, &block, &rays, rng);
+        four_rows_answer_as_one_does(what, &block, &rays);
         for i in 0..3 {
             let all = block.roots(i, &rays, None);
             for (k, one) in good.iter().enumerate() {
@@ -88,6 +89,32 @@ fn broken_rays_hit_nothing<S: Scalar, B: Block<S>>(
             for k in 0..LANES {
                 let expected = if k == victim || all { vec![] } else { lane_roots(before.as_ref(), k) };
                 assert_eq!(lane_roots(after.as_ref(), k), expected, "{what}, lane {k}");
+            }
+        }
+    }
+}
+
+/// One ray against four rows meets what it meets among eight rays, to the bit, whatever it starts on and however far it
+/// looks.
+fn four_rows_answer_as_one_does<S: Scalar, B: Block<S>>(what: &str, block: &B, rays: &Rays<S::Lane>) {
+    if !B::ACROSS {
+        return;
+    }
+    let view = View::along(rays.dir);
+    let number = S::from_f64;
+    for (lane, started) in (0..LANES).flat_map(|lane| (0..=block.len()).map(move |row| (lane, row))) {
+        let ray = Ray::of(rays, &view, lane);
+        for limits in [(0.0, f64::INFINITY), (0.0, 8.0), (8.0, 12.0)] {
+            let (t_min, t_max) = (number(limits.0), number(limits.1));
+            let bit = if started < block.len() { 1 << started } else { 0 };
+            let (t, near) = block.near_in_four(0, &ray, (t_min, t_max), bit);
+            for i in 0..block.len() {
+                let left = Left { on: Mask::from_bits(1 << lane), part: [0; LANES] };
+                let roots = block.roots(i, rays, (i == started).then_some(&left));
+                let roots = lane_roots(roots.as_ref(), lane);
+                let first = roots.into_iter().find(|&t| t > limits.0).filter(|&t| t <= limits.1);
+                let found = (near >> i & 1 == 1).then(|| t.to_array()[i].to_f64());
+                assert_eq!(found, first, "{what}: row {i} of four, from row {started}, within {limits:?}");
             }
         }
     }

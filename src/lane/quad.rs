@@ -1,0 +1,117 @@
+//! Four numbers at a time, for one ray against the few primitives of a leaf: eight lanes would be twice as many as leaves
+//! fill, and in double precision twice the work.
+
+use super::Scalar;
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
+use wide::{f32x4, f64x4};
+
+/// Numbers in a [`Quad`].
+pub const QUAD: usize = 4;
+
+/// Four numbers. Answers of comparisons are of the same type: all bits of a lane or none.
+pub trait Quad:
+    Copy
+    + Debug
+    + Default
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + BitAnd<Output = Self>
+    + BitXor<Output = Self>
+{
+    /// One lane's number.
+    type Scalar: Scalar<Quad = Self>;
+
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+    /// Lane by lane.
+    fn from_array(lanes: [Self::Scalar; QUAD]) -> Self;
+    /// Lane by lane.
+    fn to_array(self) -> [Self::Scalar; QUAD];
+    /// A constant in every lane.
+    #[inline(always)]
+    fn lit(x: f64) -> Self {
+        Self::splat(Self::Scalar::from_f64(x))
+    }
+    /// Square root, correctly rounded; NaN below zero.
+    fn sqrt(self) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// The sign bit of `sign` on the magnitude of `self`.
+    fn copysign(self, sign: Self) -> Self;
+    /// The smaller; `other` where either is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger; `other` where either is NaN.
+    fn max(self, other: Self) -> Self;
+    /// `self > other`, false on NaN.
+    fn gt(self, other: Self) -> Self;
+    /// `self <= other`, false on NaN.
+    fn le(self, other: Self) -> Self;
+    /// Lanes of `yes` where `self`, an answer, is true, of `no` elsewhere.
+    fn choose(self, yes: Self, no: Self) -> Self;
+    /// A bit per lane of an answer; lane 0 is the lowest.
+    fn bits(self) -> u8;
+}
+
+macro_rules! impl_quad {
+    ($quad:ty, $scalar:ty) => {
+        impl Quad for $quad {
+            type Scalar = $scalar;
+
+            #[inline(always)]
+            fn splat(x: $scalar) -> Self {
+                <$quad>::splat(x)
+            }
+            #[inline(always)]
+            fn from_array(lanes: [$scalar; QUAD]) -> Self {
+                <$quad>::from(lanes)
+            }
+            #[inline(always)]
+            fn to_array(self) -> [$scalar; QUAD] {
+                <$quad>::to_array(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$quad>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$quad>::abs(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                <$quad>::abs(self) | (sign & <$quad>::splat(-0.0))
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+            #[inline(always)]
+            fn gt(self, other: Self) -> Self {
+                self.simd_gt(other)
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Self {
+                self.simd_le(other)
+            }
+            #[inline(always)]
+            fn choose(self, yes: Self, no: Self) -> Self {
+                self.select(yes, no)
+            }
+            #[inline(always)]
+            fn bits(self) -> u8 {
+                self.to_bitmask() as u8
+            }
+        }
+    };
+}
+
+impl_quad!(f32x4, f32);
+impl_quad!(f64x4, f64);
