@@ -178,13 +178,22 @@ impl Machine<'_> {
     /// The number in parentheses after `#if`, `#while` and the like. Nothing after its `)` is looked at: it belongs
     /// to the branch.
     pub fn condition_value(&mut self) -> Res<Num> {
-        if self.peek()? == Token::Mark(Mark::OpenParen) {
-            self.next()?;
-            let value = self.choice()?;
-            self.expect(Mark::CloseParen)?;
-            Ok(value)
-        } else {
-            self.factor()
+        let program = self.program;
+        self.expect(Mark::OpenParen)?;
+        let value = self.choice()?;
+        self.expect(Mark::CloseParen)?;
+        self.still_in(program)?;
+        Ok(value)
+    }
+
+    /// An error if directives in what has just been read have led out of the text that it began in: jumps of its
+    /// directives mean nothing elsewhere.
+    fn still_in(&mut self, program: u32) -> Res<()> {
+        match self.program == program {
+            true => Ok(()),
+            false => {
+                Err(self.error_here("expected `)` before the end of the file or macro that the `(` is in"))
+            }
         }
     }
 
@@ -295,11 +304,13 @@ impl Machine<'_> {
     }
 
     fn range(&mut self) -> Res<(f64, f64)> {
+        let program = self.program;
         self.expect(Mark::OpenParen)?;
         let low = self.float()?;
         self.comma()?;
         let high = self.float()?;
         self.expect(Mark::CloseParen)?;
+        self.still_in(program)?;
         Ok((low, high))
     }
 
@@ -307,6 +318,7 @@ impl Machine<'_> {
     // Loops
 
     fn begin_for(&mut self, end: u32) -> Res<()> {
+        let program = self.program;
         self.expect_raw(Mark::OpenParen)?;
         let (symbol, _) = self.raw_name("for")?;
         self.expect(Mark::Comma)?;
@@ -318,6 +330,7 @@ impl Machine<'_> {
             return Err(self.error_here("the step of `#for` must not be 0"));
         }
         self.expect(Mark::CloseParen)?;
+        self.still_in(program)?;
         self.before_change(symbol)?;
         // A local of the macro or include that the loop is in, whatever there is outside of it (measured).
         self.scopes.local(symbol, Value::Number(Num::float(first)));
