@@ -367,11 +367,10 @@ impl Machine<'_> {
     // Names
 
     fn define_macro(&mut self, end: u32, at: Lexeme) -> Res<()> {
-        let (symbol, _) = self.raw_name("macro")?;
         let expand = std::mem::replace(&mut self.expand, false);
-        let params = self.macro_parameters();
+        let head = self.macro_head();
         self.expand = expand;
-        let params = params.inspect_err(|_| self.jump(end + 1))?;
+        let (symbol, params) = head.inspect_err(|_| self.jump(end + 1))?;
         let body = self.at;
         self.before_change(symbol)?;
         let value = Macro { name: symbol, params, program: at.program, body };
@@ -380,13 +379,19 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn macro_parameters(&mut self) -> Res<smallvec::SmallVec<[Symbol; 4]>> {
+    /// A macro's name and parameters.
+    fn macro_head(&mut self) -> Res<(Symbol, smallvec::SmallVec<[Symbol; 4]>)> {
+        self.no_directive("a name")?;
+        let (symbol, _) = self.raw_name("macro")?;
+        self.no_directive("`(`")?;
         self.expect(Mark::OpenParen)?;
         let mut params = smallvec::SmallVec::new();
         loop {
+            self.no_directive("a parameter's name or `)`")?;
             self.comma()?;
+            self.no_directive("a parameter's name or `)`")?;
             match self.next()?.token {
-                Token::Mark(Mark::CloseParen) => return Ok(params),
+                Token::Mark(Mark::CloseParen) => return Ok((symbol, params)),
                 Token::Name(symbol) => params.push(symbol),
                 Token::Word(word) => {
                     let message = format!("`{}` is a keyword and cannot be a parameter", word.text());
@@ -394,6 +399,17 @@ impl Machine<'_> {
                 }
                 _ => return Err(self.error_here("expected a parameter's name or `)`")),
             }
+        }
+    }
+
+    /// An error if a directive comes next. In a macro's head there is none that would not belong to its body, or end it.
+    fn no_directive(&mut self, wanted: &str) -> Res<()> {
+        match self.peek_raw() {
+            Token::Directive(directive, _) => {
+                let message = format!("expected {wanted}, found `#{}`", directive.name());
+                Err(self.error(message, self.span(self.here())))
+            }
+            _ => Ok(()),
         }
     }
 
