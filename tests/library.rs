@@ -218,9 +218,15 @@ fn a_macro_of_a_library_is_left_by_break() {
 
 #[test]
 fn a_condition_ends_in_the_file_that_it_is_in() {
-    for directive in
-        ["#switch (3) #case (1", "#if (0", "#if (0) #elseif (0", "#while (0", "#switch (3) #range (1, 2"]
-    {
+    for directive in [
+        "#switch (3) #case (1",
+        "#if (0",
+        "#if (0) #elseif (0",
+        "#while (0",
+        "#switch (3) #range (1, 2",
+        "#ifdef (A",
+        "#ifndef (A",
+    ] {
         let done = load(&[("a.inc", &format!("{directive} #end"))], "#include \"a.inc\" ) sphere { 0, 1 }");
         assert!(done.has_errors(), "{directive}: {:?}", told(&done));
     }

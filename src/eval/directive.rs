@@ -178,19 +178,22 @@ impl Machine<'_> {
     /// The number in parentheses after `#if`, `#while` and the like. Nothing after its `)` is looked at: it belongs
     /// to the branch.
     pub fn condition_value(&mut self) -> Res<Num> {
-        let program = self.program;
-        self.expect(Mark::OpenParen)?;
-        let value = self.choice()?;
-        self.expect(Mark::CloseParen)?;
-        self.still_in(program)?;
-        Ok(value)
+        self.in_parentheses(Self::expect, Self::choice)
     }
 
-    /// An error if directives in what has just been read have led out of the text that it began in: jumps of its
-    /// directives mean nothing elsewhere.
-    fn still_in(&mut self, program: u32) -> Res<()> {
+    /// What stands in the parentheses of a directive that jumps, of which `open` takes the first. An error if directives in
+    /// them have led out of the text that they began in: the jump means nothing elsewhere.
+    fn in_parentheses<T, O>(
+        &mut self,
+        open: impl FnOnce(&mut Self, Mark) -> Res<O>,
+        read: impl FnOnce(&mut Self) -> Res<T>,
+    ) -> Res<T> {
+        let program = self.program;
+        open(self, Mark::OpenParen)?;
+        let value = read(self)?;
+        self.expect(Mark::CloseParen)?;
         match self.program == program {
-            true => Ok(()),
+            true => Ok(value),
             false => {
                 Err(self.error_here("expected `)` before the end of the file or macro that the `(` is in"))
             }
@@ -207,13 +210,12 @@ impl Machine<'_> {
 
     /// `(Name)` or `(Name[i])`.
     fn is_declared(&mut self) -> Res<bool> {
-        self.expect_raw(Mark::OpenParen)?;
-        let declared = match self.named_place()? {
-            Some(place) => self.is_there(self.scopes.at(&place)),
-            None => false,
-        };
-        self.expect(Mark::CloseParen)?;
-        Ok(declared)
+        self.in_parentheses(Self::expect_raw, |m| {
+            Ok(match m.named_place()? {
+                Some(place) => m.is_there(m.scopes.at(&place)),
+                None => false,
+            })
+        })
     }
 
     /// The place that `Name` or `Name[i]` means, if there is one; `None` for a word of the language or a literal too.
@@ -304,33 +306,29 @@ impl Machine<'_> {
     }
 
     fn range(&mut self) -> Res<(f64, f64)> {
-        let program = self.program;
-        self.expect(Mark::OpenParen)?;
-        let low = self.float()?;
-        self.comma()?;
-        let high = self.float()?;
-        self.expect(Mark::CloseParen)?;
-        self.still_in(program)?;
-        Ok((low, high))
+        self.in_parentheses(Self::expect, |m| {
+            let low = m.float()?;
+            m.comma()?;
+            Ok((low, m.float()?))
+        })
     }
 
     // ----------------------------------------------------------------------------------------------------------
     // Loops
 
     fn begin_for(&mut self, end: u32) -> Res<()> {
-        let program = self.program;
-        self.expect_raw(Mark::OpenParen)?;
-        let (symbol, _) = self.raw_name("for")?;
-        self.expect(Mark::Comma)?;
-        let first = self.float()?;
-        self.expect(Mark::Comma)?;
-        let last = self.float()?;
-        let step = if self.accept(Mark::Comma)? { self.float()? } else { 1.0 };
-        if step.abs() < EQUAL_WITHIN {
-            return Err(self.error_here("the step of `#for` must not be 0"));
-        }
-        self.expect(Mark::CloseParen)?;
-        self.still_in(program)?;
+        let (symbol, first, last, step) = self.in_parentheses(Self::expect_raw, |m| {
+            let (symbol, _) = m.raw_name("for")?;
+            m.expect(Mark::Comma)?;
+            let first = m.float()?;
+            m.expect(Mark::Comma)?;
+            let last = m.float()?;
+            let step = if m.accept(Mark::Comma)? { m.float()? } else { 1.0 };
+            if step.abs() < EQUAL_WITHIN {
+                return Err(m.error_here("the step of `#for` must not be 0"));
+            }
+            Ok((symbol, first, last, step))
+        })?;
         self.before_change(symbol)?;
         // A local of the macro or include that the loop is in, whatever there is outside of it (measured).
         self.scopes.local(symbol, Value::Number(Num::float(first)));
