@@ -6,6 +6,7 @@
 //! difference, but for this: what is wrong in a block, or is warned of, is told only if the block is used.
 
 use super::machine::{Frame, FrameKind, Lexeme, Machine, Res, Stop};
+use super::object::is_object;
 use super::value::{Macro, Value, With};
 use crate::lang::{Keyword, Span, Symbol, Token, read_part};
 use crate::scene::{Gamma, Texture};
@@ -64,25 +65,9 @@ impl Later {
         use Keyword as K;
         match self.word {
             K::ColourMap => K::ColorMap.text(),
-            K::Texture
-            | K::Pigment
-            | K::Finish
-            | K::Normal
-            | K::Material
-            | K::Interior
-            | K::ColorMap
-            | K::PigmentMap
-            | K::NormalMap
-            | K::TextureMap
-            | K::SlopeMap
-            | K::Media
-            | K::Density
-            | K::DensityMap
-            | K::SkySphere
-            | K::Fog
-            | K::Function => self.word.text(),
             K::Rgb | K::Rgbf | K::Rgbt | K::Rgbft | K::Color | K::Colour => "colour",
-            _ => "object",
+            word if is_object(word) => "object",
+            word => word.text(),
         }
     }
 }
