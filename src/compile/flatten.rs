@@ -96,11 +96,7 @@ impl Handed {
         Self {
             place: object.transform.then(&self.place),
             texture: object.texture.as_ref().map(place).or_else(|| self.texture.clone()),
-            interior_texture: object
-                .interior_texture
-                .as_ref()
-                .map(place)
-                .or_else(|| self.interior_texture.clone()),
+            interior_texture: object.interior_texture().map(place).or_else(|| self.interior_texture.clone()),
             interior: object.interior.clone().or_else(|| self.interior.clone()),
             own_interior: match object.interior {
                 Some(_) if self.own_interiors => 2 * number + 1,

@@ -31,11 +31,11 @@ impl Machine<'_> {
 
     /// Takes the mark that is at hand.
     #[inline]
-    pub fn take_mark(&mut self) {
-        self.last = self.here();
-        match self.last.token {
-            Token::Mark(Mark::OpenBrace) => self.braces += 1,
-            Token::Mark(Mark::CloseBrace) => self.braces = self.braces.saturating_sub(1),
+    pub fn take_mark(&mut self, mark: Mark) {
+        self.last = Lexeme { token: Token::Mark(mark), program: self.program, index: self.at };
+        match mark {
+            Mark::OpenBrace => self.braces += 1,
+            Mark::CloseBrace => self.braces = self.braces.saturating_sub(1),
             _ => {}
         }
         self.at += 1;

@@ -18,9 +18,14 @@ const ARRAY_DEPTH: usize = 500;
 impl Machine<'_> {
     /// A float.
     pub fn float(&mut self) -> Res<f64> {
-        if let Some(value) = self.quick_float() {
-            return Ok(value);
+        match self.quick_float() {
+            Some(value) => Ok(value),
+            None => self.read_float(),
         }
+    }
+
+    #[inline(never)]
+    fn read_float(&mut self) -> Res<f64> {
         let start = self.peek_lexeme()?;
         let value = self.expr()?;
         if value.n == 1 {
@@ -33,9 +38,14 @@ impl Machine<'_> {
 
     /// A 3-vector; a float stands for all three components.
     pub fn vector(&mut self) -> Res<DVec3> {
-        if let Some(value) = self.literal_vector().or_else(|| self.compiled_vector()) {
-            return Ok(value);
+        match self.literal_vector().or_else(|| self.compiled_vector()) {
+            Some(value) => Ok(value),
+            None => self.read_vector(),
         }
+    }
+
+    #[inline(never)]
+    fn read_vector(&mut self) -> Res<DVec3> {
         let start = self.peek_lexeme()?;
         let value = self.expr()?.xyz();
         if !value.is_finite() {
@@ -47,8 +57,18 @@ impl Machine<'_> {
 
     /// A float that is finite.
     pub fn finite(&mut self) -> Res<f64> {
+        let before = self.here();
+        if let Some(value) = self.quick_float() {
+            return self.checked_finite(value, before);
+        }
         let start = self.peek_lexeme()?;
-        let value = self.float()?;
+        let value = self.read_float()?;
+        self.checked_finite(value, start)
+    }
+
+    /// A float that has been read, from the token `start` on.
+    #[inline]
+    pub fn checked_finite(&self, value: f64, start: Lexeme) -> Res<f64> {
         if !value.is_finite() {
             let span = self.span(start).to(self.span(self.last));
             return Err(self.error(format!("expected a finite number, found {value}"), span));
@@ -106,7 +126,7 @@ impl Machine<'_> {
 
     /// The float that is next, if it need not be read token by token.
     #[inline]
-    fn quick_float(&mut self) -> Option<f64> {
+    pub fn quick_float(&mut self) -> Option<f64> {
         if let Token::Number(value) = self.peek_raw()
             && self.stands_alone()
         {

@@ -3,7 +3,8 @@
 use super::machine::{FrameKind, Lexeme, Machine, Res, STACK_BYTES, Stop};
 use super::value::{Num, Value};
 use super::{Evaluation, Options};
-use crate::lang::{Diagnostic, FileId, Manner, Program, read};
+use crate::lang::{Diagnostic, FileId, Manner, Program, Severity, read};
+use corosensei::{on_stack, stack::DefaultStack};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,7 +47,14 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
 /// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed. A thread would do too, but not for
 /// scenes that are read in less time than one takes to begin (and to get memory of its own).
 pub(super) fn run(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
-    stacker::grow(STACK_BYTES, || evaluate(name, path, bytes, options))
+    match DefaultStack::new(STACK_BYTES) {
+        Ok(stack) => on_stack(stack, || evaluate(name, path, bytes, options)),
+        Err(error) => {
+            let message = format!("no {} MB of memory for the evaluator's stack: {error}", STACK_BYTES >> 20);
+            let diagnostics = vec![Diagnostic::new(Severity::Error, message, None)];
+            Evaluation { diagnostics, ..Evaluation::default() }
+        }
+    }
 }
 
 fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) -> Evaluation {
@@ -102,14 +110,20 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) 
     }
 }
 
-/// The bytes of an include, in memory of a power of two. The allocator keeps half a megabyte for each size of block, and the kernel
-/// clears two megabytes when they are first touched: for a dozen includes of a dozen sizes that took longer than to read them.
+/// Memory for the text of an include: small, or of one size for all but the longest. The allocator keeps half a megabyte for each
+/// size of block, and the kernel clears two megabytes when they are first touched: for a dozen includes of a dozen sizes that took
+/// longer than to read them.
+const SMALL_TEXT: usize = 16 << 10;
+const USUAL_TEXT: usize = 64 << 10;
+
+/// The bytes of an include.
 fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut file = std::fs::File::open(path)?;
     let len = file.metadata().map_or(0, |metadata| metadata.len());
     let mut bytes = Vec::new();
     // One more, so that the end is found without asking for more memory.
-    bytes.try_reserve((len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0))?;
+    let len = (len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0);
+    bytes.try_reserve(if len > SMALL_TEXT { len.max(USUAL_TEXT) } else { len })?;
     file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -223,18 +223,21 @@ impl<'a> Machine<'a> {
     /// Takes the next token if it is `mark`.
     #[inline]
     pub fn accept(&mut self, mark: Mark) -> Res<bool> {
-        match self.peek()? {
-            Token::Mark(found) if found == mark => {
-                self.take_mark();
-                Ok(true)
+        // A mark is what it is: nothing need be carried out before it is known.
+        if !matches!(self.peek_raw(), Token::Mark(found) if found == mark) {
+            if self.ready || !matches!(self.peek()?, Token::Mark(found) if found == mark) {
+                return Ok(false);
             }
-            _ => Ok(false),
+        } else if !self.ready {
+            self.steps += 1;
         }
+        self.take_mark(mark);
+        Ok(true)
     }
 
     /// Takes the next token if it is `word`.
     pub fn accept_word(&mut self, word: Keyword) -> Res<bool> {
-        let found = self.peek()? == Token::Word(word);
+        let found = matches!(self.peek()?, Token::Word(found) if found == word);
         if found {
             self.next()?;
         }

@@ -197,10 +197,9 @@ impl Machine<'_> {
             K::Texture => {
                 self.next()?;
                 if object.texture.is_none()
-                    && let Some(named) = self.only_named_texture()?
+                    && let Some(named) = self.only_named_texture(lacks)
                 {
-                    lacks.add(&named.lacks);
-                    object.texture = Some(named.value.clone());
+                    object.texture = Some(named);
                     return Ok(true);
                 }
                 let texture = self.texture()?;
@@ -209,7 +208,7 @@ impl Machine<'_> {
             K::InteriorTexture => {
                 self.next()?;
                 let texture = self.texture()?;
-                self.add_layer(&mut object.interior_texture, lacks, texture)?;
+                self.add_layer(&mut object.more_mut().interior_texture, lacks, texture)?;
             }
             K::Pigment | K::Finish | K::Normal => {
                 let mut texture = match &object.texture {
@@ -235,7 +234,7 @@ impl Machine<'_> {
                     self.add_layer(&mut object.texture, lacks, texture)?;
                 }
                 if let Some(texture) = material.interior_texture {
-                    self.add_layer(&mut object.interior_texture, lacks, texture)?;
+                    self.add_layer(&mut object.more_mut().interior_texture, lacks, texture)?;
                 }
                 if let Some(interior) = material.interior {
                     lacks.add(&interior.lacks);
@@ -387,7 +386,9 @@ impl Machine<'_> {
     /// Puts an object and its lights into the scene.
     pub fn place(&mut self, value: ObjectValue) {
         self.miss(&value.lacks);
-        self.scene.lights.extend(value.lights);
+        if !value.lights.is_empty() {
+            self.scene.lights.extend(value.lights);
+        }
         if let Some(mut object) = value.object {
             // Each is an object of its own, even if it is one and the same declared object.
             if object.texture.is_none() || Arc::strong_count(&object) > 1 {

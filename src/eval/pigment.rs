@@ -323,7 +323,7 @@ impl Draft {
             return PigmentKind::Solid(color);
         }
         rendered(&self.said).unwrap_or_else(|| {
-            let stand_in = mean(&self.said.map);
+            let stand_in = Box::new(mean(&self.said.map));
             PigmentKind::Other { said: Arc::new(self.said), stand_in }
         })
     }
@@ -369,7 +369,8 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
 /// Stands in for a pattern that is not modelled, when the user has allowed that: the mean of its map.
 fn mean(map: &Map<Pigment>) -> Color {
     let of_pigment = |pigment: &Pigment| match &pigment.kind {
-        PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
+        PigmentKind::Solid(color) => *color,
+        PigmentKind::Other { stand_in, .. } => **stand_in,
         PigmentKind::Blocks(blocks) => mean_of(blocks.colors.iter().copied()),
         PigmentKind::Mapped(mapped) => mean_of(mapped.map.entries.iter().map(|(_, color)| *color)),
     };

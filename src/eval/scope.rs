@@ -30,9 +30,9 @@ pub(super) struct Binding {
     slot: Slot,
 }
 
-/// Names of a small scene with `colors.inc`. A table that grows to them by doubling is copied again and again, and each size is
-/// memory of its own for the allocator, which clears it two megabytes at a time.
-const LIBRARY_NAMES: usize = 512;
+/// About as many names as a dozen standard includes have. A table that grows to them by doubling is copied again and again, and
+/// each size is memory of its own for the allocator, which the kernel clears two megabytes at a time.
+const LIBRARY_NAMES: usize = 1700;
 
 /// Bindings of a name that are out of sight.
 pub(super) struct Hidden(Symbol, SmallVec<[Binding; 1]>);
@@ -92,6 +92,19 @@ impl Scopes {
         match &self.bindings.get(symbol.0 as usize)?.last()?.slot {
             Slot::Value(value) => Some(value),
             Slot::Reference(place) => self.at(place),
+        }
+    }
+
+    /// The innermost value of a name if it is a float.
+    #[inline(always)]
+    pub fn float(&self, symbol: Symbol) -> Option<f64> {
+        let value = match &self.bindings.get(symbol.0 as usize)?.last()?.slot {
+            Slot::Value(value) => value,
+            Slot::Reference(place) => self.at(place)?,
+        };
+        match value {
+            Value::Number(num) if num.n == 1 => Some(num.v[0]),
+            _ => None,
         }
     }
 

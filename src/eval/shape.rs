@@ -135,15 +135,16 @@ impl Machine<'_> {
 
     /// A radius: POV-Ray takes the square of a negative one and so its size.
     fn radius(&mut self, what: &str) -> Res<f64> {
-        let start = self.peek_lexeme()?;
-        let radius = self.finite()?;
+        let before = self.here();
+        let (start, radius) = match self.quick_float() {
+            Some(radius) if radius > 0.0 && radius.is_finite() => return Ok(radius),
+            Some(radius) => (before, self.checked_finite(radius, before)?),
+            None => (self.peek_lexeme()?, self.finite()?),
+        };
         let span = self.span(start).to(self.span(self.last));
         if radius < 0.0 {
-            self.warn(
-                "radius",
-                format!("{what} radius must be positive, found {radius}; took {}", -radius),
-                span,
-            );
+            let message = format!("{what} radius must be positive, found {radius}; took {}", -radius);
+            self.warn("radius", message, span);
         } else if radius == 0.0 {
             self.warn("radius", format!("a {what} of radius 0 cannot be seen"), span);
         }
@@ -193,7 +194,7 @@ impl Machine<'_> {
             self.warn("degenerate", "degenerate triangle: its corners are on one line", span);
             return None;
         }
-        Some(Shape::Triangle { vertices, normals: normals.map(Box::new) })
+        Some(Shape::Triangle { vertices: Box::new(vertices), normals: normals.map(Box::new) })
     }
 
     /// `polygon { count, p, p, ... }`: an outline ends where its first point comes again.

@@ -2,16 +2,17 @@
 
 use super::color::as_color;
 use super::compiled::Level;
-use super::machine::{Machine, Res};
+use super::machine::{Lexeme, Machine, Res};
 use super::patterned::Spread;
 use super::pigment::fold;
-use super::value::{Material, NamedMap, Num, Value, With};
+use super::value::{Lacks, Material, NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
 use crate::scene::{
     AnyPattern, BlockPattern, Finish, Image, Interior, Layer, Map, Normal, OtherPattern, Pattern, Patterned,
     Pigment, PigmentKind, Placement, Texture,
 };
 use glam::DVec3;
+use smallvec::smallvec;
 use std::sync::Arc;
 
 /// A script may lay a texture over itself again and again (`#declare T = texture { T } texture { T }`).
@@ -85,21 +86,24 @@ impl Machine<'_> {
         Ok(texture)
     }
 
-    /// The declared texture, if what follows `texture` is just `{ Name }`: nothing need be copied.
-    pub fn only_named_texture(&mut self) -> Res<Option<Arc<With<Arc<Texture>>>>> {
+    /// The declared texture, if what follows `texture` is just `{ Name }`: nothing need be copied. What is not modelled in it goes
+    /// to `lacks`.
+    #[inline]
+    pub fn only_named_texture(&mut self, lacks: &mut Lacks) -> Option<Arc<Texture>> {
         let at = self.at as usize;
         let Some([Token::Mark(Mark::OpenBrace), Token::Name(symbol), Token::Mark(Mark::CloseBrace)]) =
             self.text.tokens.get(at..at + 3)
         else {
-            return Ok(None);
+            return None;
         };
-        let Some(Value::Texture(texture)) = self.scopes.get(*symbol) else { return Ok(None) };
-        let texture = texture.clone();
+        let Some(Value::Texture(texture)) = self.scopes.get(*symbol) else { return None };
+        lacks.add(&texture.lacks);
+        let texture = texture.value.clone();
         self.steps += 3;
-        self.jump(self.at + 2);
-        self.last = self.here();
-        self.jump(self.at + 1);
-        Ok(Some(texture))
+        let index = self.at + 2;
+        self.last = Lexeme { token: Token::Mark(Mark::CloseBrace), program: self.program, index };
+        self.jump(index + 1);
+        Some(texture)
     }
 
     /// The default texture with the colour of `pigment { rgb <1, 0, 0> }`, if that is what is next, with a colour that takes no
@@ -142,7 +146,7 @@ impl Machine<'_> {
         let pigment = Pigment { kind: PigmentKind::Solid(as_color(color)), transform: Placement::IDENTITY };
         let layer = Layer { pigment, finish: below.finish.clone(), normal: below.normal.clone() };
         Some(Arc::new(Texture {
-            layers: vec![layer],
+            layers: smallvec![layer],
             patterned: None,
             uv_mapping: base.uv_mapping,
             transform: Placement::IDENTITY,

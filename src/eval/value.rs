@@ -163,6 +163,7 @@ pub(super) struct Lacks {
 }
 
 impl Lacks {
+    #[inline]
     pub fn add(&mut self, other: &Lacks) {
         self.depth = self.depth.max(other.depth);
         if !other.met.is_empty() {
@@ -200,6 +201,10 @@ impl Num {
     pub fn zip(self, other: Num, f: impl Fn(f64, f64) -> f64) -> Num {
         if self.n == 1 && other.n == 1 {
             return Num::float(f(self.v[0], other.v[0]));
+        }
+        if (self.n, other.n) == (3, 3) {
+            let (a, b) = (self.v, other.v);
+            return Num { n: 3, v: [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), 0.0, 0.0] };
         }
         let n = self.n.max(other.n);
         let (a, b) = (self.promoted(n), other.promoted(n));

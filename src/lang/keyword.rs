@@ -1,8 +1,5 @@
 //! The words of the language. They cannot be declared (manual section 3.1.2).
 
-use rustc_hash::FxHashMap;
-use std::sync::LazyLock;
-
 macro_rules! keywords {
     ($($variant:ident $text:literal)*) => {
         /// A word that means something to POV-Ray 3.7, whether octray models it or not.
@@ -15,20 +12,56 @@ macro_rules! keywords {
             pub const ALL: &'static [Keyword] = &[$(Keyword::$variant,)*];
 
             /// As it is written.
-            pub fn text(self) -> &'static str {
+            pub const fn text(self) -> &'static str {
                 match self { $(Keyword::$variant => $text,)* }
             }
         }
     };
 }
 
-static BY_TEXT: LazyLock<FxHashMap<&'static str, Keyword>> =
-    LazyLock::new(|| Keyword::ALL.iter().map(|&keyword| (keyword.text(), keyword)).collect());
+/// More than twice as many as there are words.
+const SLOTS: usize = 1024;
+
+/// A word's number plus one stands where its hash says, or in the next free place behind; 0 is free. Made when octray is compiled:
+/// a small scene is read in less time than a map of all words is filled.
+static BY_TEXT: [u16; SLOTS] = {
+    assert!(2 * Keyword::ALL.len() <= SLOTS);
+    let mut slots = [0; SLOTS];
+    let mut word = 0;
+    while word < Keyword::ALL.len() {
+        let mut at = hash(Keyword::ALL[word].text().as_bytes());
+        while slots[at] != 0 {
+            at = (at + 1) % SLOTS;
+        }
+        word += 1;
+        slots[at] = word as u16;
+    }
+    slots
+};
+
+/// A place in [`BY_TEXT`], by FNV-1a.
+const fn hash(text: &[u8]) -> usize {
+    let mut hash = 0x811c_9dc5u32;
+    let mut at = 0;
+    while at < text.len() {
+        hash = (hash ^ text[at] as u32).wrapping_mul(0x0100_0193);
+        at += 1;
+    }
+    (hash ^ (hash >> 16)) as usize % SLOTS
+}
 
 impl Keyword {
     /// The keyword that is written so.
     pub fn from_text(text: &str) -> Option<Keyword> {
-        BY_TEXT.get(text).copied()
+        let mut at = hash(text.as_bytes());
+        while let number @ 1.. = BY_TEXT[at] {
+            let keyword = Self::ALL[usize::from(number) - 1];
+            if keyword.text() == text {
+                return Some(keyword);
+            }
+            at = (at + 1) % SLOTS;
+        }
+        None
     }
 }
 

@@ -14,8 +14,9 @@ struct SceneParser;
 const CHARACTERS_A_TOKEN: usize = 5;
 /// Beyond this memory is asked for as it is needed.
 const MANY_TOKENS: usize = 1 << 16;
-/// Of a library's text, with all that can wait.
-const CHARACTERS_A_TOKEN_SKIMMED: usize = 8;
+/// Room for the tokens of a library's text with all that can wait: enough for most. What they do not take is given back, for the
+/// next library. With a size for each the allocator would need half a megabyte for each size.
+const TOKENS_SKIMMED: usize = 1 << 10;
 
 /// How much of a text is cut into tokens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,12 +38,18 @@ pub fn read(
 ) -> Result<Program, Vec<Diagnostic>> {
     let mut program = Program { file: Some(file), ..Program::default() };
     let skim = manner == Manner::Skim;
-    // In few sizes: see `read_file` of `eval`.
-    let tokens = text.len() / if skim { CHARACTERS_A_TOKEN_SKIMMED } else { CHARACTERS_A_TOKEN };
-    let tokens = if tokens < MANY_TOKENS { tokens.next_power_of_two() } else { tokens };
+    let tokens = match text.len() / CHARACTERS_A_TOKEN {
+        _ if skim => TOKENS_SKIMMED,
+        few @ ..MANY_TOKENS => few.next_power_of_two(),
+        many => many,
+    };
     program.tokens.reserve(tokens);
     program.places.reserve(tokens);
     tokenize(file, text, 0, &mut program, symbols, skim)?;
+    if skim {
+        program.tokens.shrink_to_fit();
+        program.places.shrink_to_fit();
+    }
     nest(&mut program, None)?;
     Ok(program)
 }

@@ -11,7 +11,8 @@ const NUDGE: f64 = 1e-10;
 pub fn color(pigment: &Pigment, point: DVec3) -> Color {
     let point = || pigment.transform.inverted().point(point);
     match &pigment.kind {
-        PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
+        PigmentKind::Solid(color) => *color,
+        PigmentKind::Other { stand_in, .. } => **stand_in,
         PigmentKind::Blocks(blocks) => {
             blocks.colors.get(block(&blocks.pattern, point())).copied().unwrap_or_default()
         }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::scene::*;
+use smallvec::smallvec;
 use std::sync::Arc;
 
 /// Looks from the origin along z at a single point.
@@ -11,7 +12,7 @@ fn scene(objects: Vec<Object>) -> Scene {
 }
 
 fn textured(shape: Shape, color: Color, finish: Finish) -> Object {
-    let layers = vec![Layer { pigment: Pigment::solid(color), finish: finish.into(), normal: None }];
+    let layers = smallvec![Layer { pigment: Pigment::solid(color), finish: finish.into(), normal: None }];
     Object { texture: Some(Arc::new(Texture { layers, ..Texture::default() })), ..Object::new(shape) }
 }
 
@@ -386,7 +387,7 @@ fn slab_shifts_sight_by_snell_s_law() {
         })),
         transform: Transform::scale(DVec3::splat(10.0)).into(),
     };
-    let layers = vec![Layer { pigment, finish: glow().into(), normal: None }];
+    let layers = smallvec![Layer { pigment, finish: glow().into(), normal: None }];
     let screen = Object::clone(&glass.objects[1]);
     glass.objects[1] =
         Arc::new(Object { texture: Some(Arc::new(Texture { layers, ..Texture::default() })), ..screen });
@@ -503,7 +504,7 @@ fn everything(factor: f64) -> Scene {
         transform: Default::default(),
     };
     let floor = Texture {
-        layers: vec![Layer { pigment: floor, finish: shiny.clone().into(), normal: None }],
+        layers: smallvec![Layer { pigment: floor, finish: shiny.clone().into(), normal: None }],
         ..Texture::default()
     };
     let turned =

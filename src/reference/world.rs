@@ -314,8 +314,7 @@ impl Builder {
         let look = Look {
             texture: object.texture.as_ref().map(place).or_else(|| parent.look.texture.clone()),
             interior_texture: object
-                .interior_texture
-                .as_ref()
+                .interior_texture()
                 .map(place)
                 .or_else(|| parent.look.interior_texture.clone()),
             interior: object

@@ -22,8 +22,6 @@ pub struct Object {
     pub transform: Placement,
     /// Its look.
     pub texture: Option<Arc<Texture>>,
-    /// Its look from inside, if another.
-    pub interior_texture: Option<Arc<Texture>>,
     /// What is in it; compared by identity, but see `own_interiors`.
     pub interior: Option<Arc<Interior>>,
     /// What few objects have. Apart, as scenes of millions of objects spend their reading time on fetching memory.
@@ -40,6 +38,8 @@ pub struct Object {
 /// What few objects have.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct More {
+    /// Its look from inside, if another.
+    pub interior_texture: Option<Arc<Texture>>,
     /// Only what is inside all of these is there.
     pub clipped_by: Vec<Arc<Object>>,
     /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
@@ -107,8 +107,8 @@ pub enum Shape {
     Polynomial(Arc<Polynomial>),
     /// One triangle, flat or with a normal per corner.
     Triangle {
-        /// Corners.
-        vertices: [DVec3; 3],
+        /// Corners. (Behind a pointer: with them every object would be larger.)
+        vertices: Box<[DVec3; 3]>,
         /// Normals at the corners, blended as they are: a longer one weighs more.
         normals: Option<Box<[DVec3; 3]>>,
     },
@@ -170,7 +170,6 @@ impl Object {
             shape,
             transform: Placement::IDENTITY,
             texture: None,
-            interior_texture: None,
             interior: None,
             more: None,
             uv_mapping: false,
@@ -188,16 +187,23 @@ impl Object {
     /// As [`Object::transformed`], in place.
     pub fn move_by(&mut self, next: &Transform) {
         self.transform.move_by(next);
-        for texture in [&mut self.texture, &mut self.interior_texture].into_iter().flatten() {
+        let move_texture = |texture: &mut Arc<Texture>| {
             if !texture.is_still() {
                 *texture = Arc::new(texture.transformed(next));
             }
-        }
+        };
+        self.texture.iter_mut().for_each(move_texture);
         if let Some(more) = &mut self.more {
+            more.interior_texture.iter_mut().for_each(move_texture);
             for helper in more.clipped_by.iter_mut().chain(&mut more.bounded_by) {
                 Arc::make_mut(helper).move_by(next);
             }
         }
+    }
+
+    /// Its look from inside, if another.
+    pub fn interior_texture(&self) -> Option<&Arc<Texture>> {
+        self.more.as_ref().and_then(|more| more.interior_texture.as_ref())
     }
 
     /// Only what is inside all of these is there.

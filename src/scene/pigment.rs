@@ -27,7 +27,7 @@ pub enum PigmentKind {
         /// As it was said.
         said: Arc<Patterned<Pigment>>,
         /// Stands in for it if the user has allowed that.
-        stand_in: Color,
+        stand_in: Box<Color>,
     },
 }
 

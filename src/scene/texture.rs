@@ -1,13 +1,15 @@
 //! Layers of pigment and finish on a surface, and what is inside it.
 
 use super::{Finish, Media, Normal, Patterned, Pigment, Placement, Rgb, Transform};
+use smallvec::{SmallVec, smallvec};
 use std::sync::Arc;
 
 /// A `texture`: one layer, or several over each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// In order of declaration: the last one is on top. Never empty.
-    pub layers: Vec<Layer>,
+    /// In order of declaration: the last one is on top. Never empty. (In place, as nearly all have one: scenes have a texture for
+    /// each of a million objects.)
+    pub layers: SmallVec<[Layer; 1]>,
     /// A pattern of whole textures, which is read but not rendered: the layers stand in for it.
     pub patterned: Option<Arc<Patterned<Texture>>>,
     /// Points are places on the surface, `<u, v, 0>`; not rendered.
@@ -30,7 +32,7 @@ pub struct Layer {
 impl Default for Texture {
     fn default() -> Self {
         Self {
-            layers: vec![Layer::default()],
+            layers: smallvec![Layer::default()],
             patterned: None,
             uv_mapping: false,
             transform: Placement::IDENTITY,

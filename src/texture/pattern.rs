@@ -30,11 +30,12 @@ enum PatternKind {
 impl PatternProgram {
     /// `kind` with its pattern space at `place` in the world; points come relative to `origin`.
     pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3) -> Self {
+        let one_color = |color: Color| {
+            PatternKind::Blocks(Blocks { pattern: BlockPattern::Checker, colors: vec![color; 2] })
+        };
         let kind = match kind {
-            PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => {
-                let colors = vec![*color; 2];
-                PatternKind::Blocks(Blocks { pattern: BlockPattern::Checker, colors })
-            }
+            PigmentKind::Solid(color) => one_color(*color),
+            PigmentKind::Other { stand_in, .. } => one_color(**stand_in),
             PigmentKind::Blocks(blocks) => PatternKind::Blocks(Blocks::clone(blocks)),
             PigmentKind::Mapped(mapped) => PatternKind::Mapped(Mapped::clone(mapped)),
         };

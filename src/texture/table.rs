@@ -62,7 +62,8 @@ impl TextureBuilder {
             .iter()
             .rev()
             .map(|layer| match &layer.pigment.kind {
-                PigmentKind::Solid(color) | PigmentKind::Other { stand_in: color, .. } => *color,
+                PigmentKind::Solid(color) => *color,
+                PigmentKind::Other { stand_in, .. } => **stand_in,
                 _ => Color::default(),
             })
             .collect();

@@ -71,15 +71,10 @@ fn dressed(object: &Object, texture: &Arc<Texture>) -> Object {
         })),
         shape => shape.clone(),
     };
-    let mut dressed = Object {
-        shape,
-        texture: Some(texture.clone()),
-        interior_texture: None,
-        interior: None,
-        ..object.clone()
-    };
+    let mut dressed = Object { shape, texture: Some(texture.clone()), interior: None, ..object.clone() };
     if let Some(more) = &mut dressed.more {
         more.clipped_by = again(object.clipped_by());
+        more.interior_texture = None;
     }
     dressed
 }

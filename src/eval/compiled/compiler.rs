@@ -6,6 +6,7 @@ use super::{Code, Id, Level, Node};
 use crate::lang::{Keyword, Mark, Program, Token};
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::cell::Cell;
 
 /// Expressions of more nodes than this are read every time: the tree is walked by recursion.
 const NODES: usize = 200;
@@ -35,7 +36,7 @@ impl Compiler<'_> {
             _ => None,
         };
         debug_assert_eq!(root as usize, compiler.nodes.len() - 1);
-        Some(Code { nodes: compiler.nodes, end: compiler.at as u32, next_name, scalar: false })
+        Some(Code { nodes: compiler.nodes, end: compiler.at as u32, next_name, scalar: Cell::new(false) })
     }
 
     fn peek(&self) -> Token {

@@ -19,6 +19,7 @@ use compiler::Compiler;
 use glam::DVec3;
 use run::Run;
 use smallvec::SmallVec;
+use std::cell::Cell;
 
 /// Which phrase begins at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +56,7 @@ struct Code {
     /// The token behind it is a name; if it is a macro's, its call comes first.
     next_name: Option<Symbol>,
     /// Its last value was a float: the next one will be, most likely.
-    scalar: bool,
+    scalar: Cell<bool>,
 }
 
 type Id = u32;
@@ -94,66 +95,42 @@ impl Machine<'_> {
     /// The value of the float that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled_float(&mut self) -> Option<f64> {
-        let id = self.code_at(self.at, Level::Sum)?;
-        self.run_code(id, |run, root| run.float(root))
+        self.run_code(self.at, Level::Sum, None, |run, code| run.float(code.root()))
     }
 
     /// The value of the 3-vector that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled_vector(&mut self) -> Option<DVec3> {
-        let id = self.code_at(self.at, Level::Sum)?;
-        self.run_code(id, |run, root| run.vector(root))
+        self.run_code(self.at, Level::Sum, None, |run, code| run.vector(code.root()))
     }
 
     /// The value of the expression that begins at the next token, if it has been compiled.
     #[inline]
     pub fn compiled(&mut self, level: Level) -> Option<Num> {
-        let id = self.code_at(self.at, level)?;
-        self.run_num(id)
+        self.run_code(self.at, level, None, Code::num)
     }
 
     /// The value of the expression at token `start`, if it has been compiled and `mark` is behind it, which is taken too.
     #[inline]
     pub fn compiled_between(&mut self, start: u32, level: Level, mark: Mark) -> Option<Num> {
-        let program = self.program as usize;
-        let compiled = self.compiled.get(program)?;
-        let index = compiled.at[level as usize].get(start as usize)?.checked_sub(FIRST)?;
-        let end = compiled.codes[index as usize].end;
-        if !matches!(self.text.tokens[end as usize], Token::Mark(found) if found == mark) {
-            return None;
-        }
-        let num = self.run_num((program, index as usize))?;
-        self.at = end + 1;
-        Some(num)
+        self.run_code(start, level, Some(mark), Code::num)
     }
 
-    /// Evaluates a code: as a float, which takes a fraction of the time, if it was one the last time.
-    #[inline]
-    fn run_num(&mut self, id: (usize, usize)) -> Option<Num> {
-        if self.compiled[id.0].codes[id.1].scalar
-            && let Some(value) = self.run_code(id, |run, root| run.float(root))
-        {
-            return Some(Num::float(value));
-        }
-        let num = self.run_code(id, |run, root| run.num(root))?;
-        self.compiled[id.0].codes[id.1].scalar = num.n == 1;
-        Some(num)
-    }
-
-    /// The code of the expression at token `start`. Compiles what comes by for the second time.
-    #[inline]
-    fn code_at(&mut self, start: u32, level: Level) -> Option<(usize, usize)> {
-        let program = self.program as usize;
-        let entry = *self.compiled.get(program)?.at[level as usize].get(start as usize).unwrap_or(&0);
-        match entry {
-            REFUSED => None,
-            0 | SEEN => self.code_to_be(start, level),
-            index => Some((program, (index - FIRST) as usize)),
+    /// The index of the code of the expression at token `start`.
+    #[inline(always)]
+    fn code_at(&mut self, start: u32, level: Level, only_compiled: bool) -> Option<usize> {
+        let table = &self.compiled.get(self.program as usize)?.at[level as usize];
+        match table.get(start as usize) {
+            Some(&index @ FIRST..) => Some((index - FIRST) as usize),
+            Some(&REFUSED) => None,
+            _ if only_compiled => None,
+            _ => self.code_to_be(start, level),
         }
     }
 
+    /// Compiles what comes by for the second time.
     #[inline(never)]
-    fn code_to_be(&mut self, start: u32, level: Level) -> Option<(usize, usize)> {
+    fn code_to_be(&mut self, start: u32, level: Level) -> Option<usize> {
         let program = self.program as usize;
         let compiled = self.compiled.get_mut(program)?;
         if !compiled.repeats {
@@ -170,7 +147,7 @@ impl Machine<'_> {
                 Some(code) => {
                     *entry = compiled.codes.len() as u32 + FIRST;
                     compiled.codes.push(code);
-                    return Some((program, compiled.codes.len() - 1));
+                    return Some(compiled.codes.len() - 1);
                 }
                 None => *entry = REFUSED,
             },
@@ -179,30 +156,64 @@ impl Machine<'_> {
         None
     }
 
-    /// Evaluates a code and goes on behind it; `None`, and nothing has happened, if the reader must do it.
-    #[inline]
+    /// Evaluates the expression at token `start` and goes on behind it; behind `mark`, if one must follow. `None`, and nothing has
+    /// happened, if the reader must do it.
+    #[inline(always)]
     fn run_code<T>(
         &mut self,
-        (program, index): (usize, usize),
-        value: impl FnOnce(&mut Run<'_>, Id) -> Option<T>,
+        start: u32,
+        level: Level,
+        mark: Option<Mark>,
+        value: impl FnOnce(&mut Run<'_>, &Code) -> Option<T>,
     ) -> Option<T> {
-        let code = self.compiled.get(program)?.codes.get(index)?;
-        if let Some(name) = code.next_name
-            && matches!(self.scopes.get(name), Some(Value::Macro(_)))
-        {
-            return None;
+        let index = self.code_at(start, level, mark.is_some())?;
+        let code = self.compiled.get(self.program as usize)?.codes.get(index)?;
+        let end = code.end;
+        match mark {
+            Some(mark) => {
+                if !matches!(self.text.tokens[end as usize], Token::Mark(found) if found == mark) {
+                    return None;
+                }
+            }
+            None => {
+                if let Some(name) = code.next_name
+                    && matches!(self.scopes.get(name), Some(Value::Macro(_)))
+                {
+                    return None;
+                }
+            }
         }
-        let root = code.nodes.len() as Id - 1;
         let mut run = Run::new(&self.scopes, &code.nodes);
-        let Some(value) = value(&mut run, root) else {
+        let Some(value) = value(&mut run, code) else {
             run.take_back();
             return None;
         };
         drop(run);
-        let (end, index) = (code.end, code.end - 1);
         self.steps += u64::from(end.saturating_sub(self.at));
-        self.last = Lexeme { token: self.text.tokens[index as usize], program: program as u32, index };
-        self.jump(end);
+        self.last =
+            Lexeme { token: self.text.tokens[end as usize - 1], program: self.program, index: end - 1 };
+        self.jump(if mark.is_some() { end + 1 } else { end });
         Some(value)
+    }
+}
+
+impl Code {
+    #[inline]
+    fn root(&self) -> Id {
+        self.nodes.len() as Id - 1
+    }
+
+    /// Its value: read as a float, which takes a fraction of the time, if it was one the last time.
+    #[inline]
+    fn num(run: &mut Run<'_>, code: &Code) -> Option<Num> {
+        if code.scalar.get() {
+            if let Some(value) = run.float(code.root()) {
+                return Some(Num::float(value));
+            }
+            run.take_back();
+        }
+        let num = run.num(code.root())?;
+        code.scalar.set(num.n == 1);
+        Some(num)
     }
 }

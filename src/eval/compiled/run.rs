@@ -40,10 +40,7 @@ impl<'a> Run<'a> {
     fn operand(&mut self, id: Id) -> Option<f64> {
         match &self.nodes[id as usize] {
             Node::Float(value) => Some(*value),
-            Node::Name(symbol) => match self.scopes.get(*symbol)? {
-                Value::Number(num) if num.n == 1 => Some(num.v[0]),
-                _ => None,
-            },
+            Node::Name(symbol) => self.scopes.float(*symbol),
             _ => self.float(id),
         }
     }
@@ -53,10 +50,7 @@ impl<'a> Run<'a> {
         let nodes = self.nodes;
         Some(match &nodes[id as usize] {
             Node::Float(value) => *value,
-            Node::Name(symbol) => match self.scopes.get(*symbol)? {
-                Value::Number(num) if num.n == 1 => num.v[0],
-                _ => return None,
-            },
+            Node::Name(symbol) => self.scopes.float(*symbol)?,
             Node::Element(symbol, indices) => match self.element(*symbol, indices)? {
                 num if num.n == 1 => num.v[0],
                 _ => return None,
@@ -69,12 +63,22 @@ impl<'a> Run<'a> {
                 return None;
             }
             Node::Component(component, of) => {
-                let num = self.num(*of)?;
-                // The reader tells of a component that is not there.
-                if num.n > 1 && *component >= usize::from(num.n) {
-                    return None;
+                let value;
+                let num = match &nodes[*of as usize] {
+                    Node::Name(symbol) => match self.scopes.get(*symbol)? {
+                        Value::Number(num) => num,
+                        _ => return None,
+                    },
+                    _ => {
+                        value = self.num(*of)?;
+                        &value
+                    }
+                };
+                match num.n {
+                    1 => num.v[0],
+                    // The reader tells of a component that is not there.
+                    n => num.v[..usize::from(n)].get(*component).copied()?,
                 }
-                num.promoted(5)[*component]
             }
             Node::Negative(of) => -self.operand(*of)?,
             Node::Not(of) => f64::from(self.operand(*of)?.abs() < EQUAL_WITHIN),
@@ -134,6 +138,10 @@ impl<'a> Run<'a> {
                 _ => return None,
             },
             Node::Element(symbol, indices) => self.element(*symbol, indices)?,
+            Node::Vector(parts) if parts.len() == 3 => {
+                let (x, y) = (self.operand(parts[0])?, self.operand(parts[1])?);
+                Num { n: 3, v: [x, y, self.operand(parts[2])?, 0.0, 0.0] }
+            }
             Node::Vector(parts) => {
                 let mut num = Num { n: parts.len() as u8, v: [0.0; 5] };
                 for (slot, part) in num.v.iter_mut().zip(parts) {
