@@ -11,15 +11,18 @@
 //! ```
 
 mod advice;
+mod any_value;
 mod atmosphere;
 mod builtin;
 mod camera;
 mod color;
 mod compiled;
 mod complaint;
+mod composite;
 mod cursor;
 mod curved_shape;
 mod data_file;
+mod declaration;
 mod directive;
 mod expr;
 mod files;
@@ -41,6 +44,7 @@ mod other_shape;
 mod pattern;
 mod patterned;
 mod pigment;
+mod placing;
 mod polynomial;
 mod scope;
 mod settings;

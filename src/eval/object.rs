@@ -1,11 +1,10 @@
-//! Objects: modifiers, constructive geometry, placing (manual sections 3.4.5 and 3.4.8).
+//! Objects: what stands in their braces, and their modifiers (manual sections 3.4.5 and 3.4.8).
 
 use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
 use super::value::{Facts, Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
 use crate::scene::{CsgOp, Interior, Light, Object, OtherKind, Shape, Texture, Transform};
-use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// Bytes that an object takes, roughly, with its texture; for the memory limit.
@@ -90,64 +89,6 @@ impl Machine<'_> {
         match if named.is_some() { named } else { self.object()? } {
             Some(value) => Ok(value),
             None => self.expected("an object or the name of one"),
-        }
-    }
-
-    /// The children of a composite.
-    fn csg(&mut self, op: CsgOp, at: Lexeme) -> Res<ObjectValue> {
-        let mut children = Vec::new();
-        let mut lights = Vec::new();
-        let mut lacks = Lacks::default();
-        let mut cutters_missing = false;
-        let mut facts = Facts::default();
-        let mut stand_ins = Vec::new();
-        let mut any_stand_in = false;
-        loop {
-            let start = self.peek_lexeme()?;
-            let Some(child) = self.object()? else { break };
-            self.charge(size_of::<Light>() * child.lights.len())?;
-            if matches!(op, CsgOp::Intersection | CsgOp::Difference) {
-                self.warn_of_patch(&child, start, at);
-            }
-            facts.add(&child.facts);
-            self.check_depth(&facts)?;
-            cutters_missing |= child.object.is_none() && child.lights.is_empty();
-            any_stand_in |= child.stand_in.is_some();
-            stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
-            children.extend(child.object);
-            lights.extend(child.lights);
-            lacks.add(&child.lacks);
-        }
-        let span = self.span(at);
-        if children.len() == 1 && lights.is_empty() && !cutters_missing {
-            self.warn(
-                "csg of one",
-                format!("a `{}` of one object", self.sources.text(span).to_owned()),
-                span,
-            );
-        }
-        if children.is_empty() && lights.is_empty() && !cutters_missing {
-            self.warn("empty csg", format!("a `{}` of nothing", self.sources.text(span).to_owned()), span);
-        }
-        let object = (!children.is_empty())
-            .then(|| Arc::new(Object::new(Shape::Csg { op, children, cutaway_textures: false })));
-        let stand_in = any_stand_in.then(|| {
-            let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
-            Arc::new(Object::new(shape))
-        });
-        // What a composite of composites shows of what it cuts is settled where it is cut.
-        facts.cutaway &= op == CsgOp::Union;
-        facts.shapes = facts.shapes.saturating_add(1);
-        Ok(ObjectValue { object, stand_in, lights, lacks, facts })
-    }
-
-    /// Warns of a part of an intersection or difference (at `csg`) that has no inside.
-    fn warn_of_patch(&mut self, part: &ObjectValue, start: Lexeme, csg: Lexeme) {
-        if part.facts.patch || (part.object.is_none() && !part.lights.is_empty()) {
-            let (word, csg) = (self.text_of(start), self.text_of(csg));
-            let message =
-                format!("this `{word}` has no inside, or a part of it has none: no use in a `{csg}`");
-            self.warn("patch in csg", message, self.span(start));
         }
     }
 
@@ -383,52 +324,6 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// Puts an object and its lights into the scene.
-    pub fn place(&mut self, value: ObjectValue) {
-        self.miss(&value.lacks);
-        if !value.lights.is_empty() {
-            self.scene.lights.extend(value.lights);
-        }
-        if let Some(mut object) = value.object {
-            // Each is an object of its own, even if it is one and the same declared object.
-            if object.texture.is_none() || Arc::strong_count(&object) > 1 {
-                self.give_default(Arc::make_mut(&mut object), value.facts.cutaway, &mut Given::default());
-            }
-            self.scene.objects.push(object);
-        }
-    }
-
-    /// Gives the default texture to what has none, but not to what `cutaway_textures` is to give one. `cutaway` is false if
-    /// no part is known to have that.
-    fn give_default(&mut self, object: &mut Object, cutaway: bool, given: &mut Given) {
-        if object.texture.is_some() {
-            return;
-        }
-        match &mut object.shape {
-            Shape::Csg { cutaway_textures: true, .. } => {}
-            Shape::Csg { op: CsgOp::Union, children, .. }
-                if cutaway && children.iter().any(|child| given.is_cutaway(child)) =>
-            {
-                for child in children {
-                    let before = Arc::as_ptr(child);
-                    match given.with_default.get(&before) {
-                        Some((_, after)) => *child = after.clone(),
-                        None => {
-                            let kept = child.clone();
-                            self.give_default(Arc::make_mut(child), true, given);
-                            given.with_default.insert(before, (kept, child.clone()));
-                        }
-                    }
-                }
-            }
-            _ => {
-                let lacks = self.default_texture.lacks.clone();
-                self.miss(&lacks);
-                object.texture = Some(self.shared_default());
-            }
-        }
-    }
-
     /// POV-Ray makes the placed normals of a `smooth_triangle` unit vectors again at a `scale`, but not at a `matrix` or
     /// `transform`, nor those of a mesh (measured). Done here by lengthening them before they are placed. `outer` leads from
     /// the parent's space to where the scale was said.
@@ -460,40 +355,6 @@ impl Machine<'_> {
             _ => {}
         }
         Ok(())
-    }
-
-    fn shared_default(&mut self) -> Arc<Texture> {
-        match &self.default_shared {
-            Some(texture) => texture.clone(),
-            None => {
-                let texture = Arc::new(self.default_texture.value.clone());
-                self.default_shared = Some(texture.clone());
-                texture
-            }
-        }
-    }
-}
-
-/// What has been found under way by [`Machine::give_default`], by the address of a shared part.
-#[derive(Default)]
-struct Given {
-    cutaway: FxHashMap<*const Object, bool>,
-    /// The part before, which is kept so that its address stays its own, and after.
-    with_default: FxHashMap<*const Object, (Arc<Object>, Arc<Object>)>,
-}
-
-impl Given {
-    /// True if an untextured part of it shows what it cuts.
-    fn is_cutaway(&mut self, object: &Arc<Object>) -> bool {
-        let Shape::Csg { cutaway_textures, op, children } = &object.shape else { return false };
-        let key = Arc::as_ptr(object);
-        if let Some(&known) = self.cutaway.get(&key) {
-            return known;
-        }
-        let found =
-            *cutaway_textures || (*op == CsgOp::Union && children.iter().any(|child| self.is_cutaway(child)));
-        self.cutaway.insert(key, found);
-        found
     }
 }
 

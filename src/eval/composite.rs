@@ -1,0 +1,66 @@
+//! Constructive geometry: the children of a composite (manual section 3.4.5.5).
+
+use super::machine::{Lexeme, Machine, Res};
+use super::value::{Facts, Lacks, ObjectValue};
+use crate::scene::{CsgOp, Light, Object, Shape};
+use std::sync::Arc;
+
+impl Machine<'_> {
+    /// The children of a composite.
+    pub fn csg(&mut self, op: CsgOp, at: Lexeme) -> Res<ObjectValue> {
+        let mut children = Vec::new();
+        let mut lights = Vec::new();
+        let mut lacks = Lacks::default();
+        let mut cutters_missing = false;
+        let mut facts = Facts::default();
+        let mut stand_ins = Vec::new();
+        let mut any_stand_in = false;
+        loop {
+            let start = self.peek_lexeme()?;
+            let Some(child) = self.object()? else { break };
+            self.charge(size_of::<Light>() * child.lights.len())?;
+            if matches!(op, CsgOp::Intersection | CsgOp::Difference) {
+                self.warn_of_patch(&child, start, at);
+            }
+            facts.add(&child.facts);
+            self.check_depth(&facts)?;
+            cutters_missing |= child.object.is_none() && child.lights.is_empty();
+            any_stand_in |= child.stand_in.is_some();
+            stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
+            children.extend(child.object);
+            lights.extend(child.lights);
+            lacks.add(&child.lacks);
+        }
+        let span = self.span(at);
+        if children.len() == 1 && lights.is_empty() && !cutters_missing {
+            self.warn(
+                "csg of one",
+                format!("a `{}` of one object", self.sources.text(span).to_owned()),
+                span,
+            );
+        }
+        if children.is_empty() && lights.is_empty() && !cutters_missing {
+            self.warn("empty csg", format!("a `{}` of nothing", self.sources.text(span).to_owned()), span);
+        }
+        let object = (!children.is_empty())
+            .then(|| Arc::new(Object::new(Shape::Csg { op, children, cutaway_textures: false })));
+        let stand_in = any_stand_in.then(|| {
+            let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
+            Arc::new(Object::new(shape))
+        });
+        // What a composite of composites shows of what it cuts is settled where it is cut.
+        facts.cutaway &= op == CsgOp::Union;
+        facts.shapes = facts.shapes.saturating_add(1);
+        Ok(ObjectValue { object, stand_in, lights, lacks, facts })
+    }
+
+    /// Warns of a part of an intersection or difference (at `csg`) that has no inside.
+    fn warn_of_patch(&mut self, part: &ObjectValue, start: Lexeme, csg: Lexeme) {
+        if part.facts.patch || (part.object.is_none() && !part.lights.is_empty()) {
+            let (word, csg) = (self.text_of(start), self.text_of(csg));
+            let message =
+                format!("this `{word}` has no inside, or a part of it has none: no use in a `{csg}`");
+            self.warn("patch in csg", message, self.span(start));
+        }
+    }
+}
