@@ -23,4 +23,4 @@ pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;
-pub use walk::{Stack, Traversal, Visit, walk};
+pub use walk::{Stack, Traversal, Visit, bits, walk};

@@ -584,7 +584,7 @@ impl Order {
 
 /// The set bits of a byte, lowest first.
 #[inline(always)]
-pub(super) fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let k = mask.trailing_zeros() as usize & (LANES - 1);

@@ -15,6 +15,7 @@ mod disc;
 mod ellipsoid;
 mod frame;
 mod obox;
+mod outline;
 mod plane;
 mod polygon;
 mod polynomial;
@@ -30,6 +31,7 @@ pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
 pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
 pub use obox::OrientedBoxes;
+pub use outline::{Center, Lines, Outlines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
@@ -200,6 +202,28 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     #[inline(always)]
     fn near_in_four(&self, _four: usize, _ray: &Ray<S>, _limits: (S, S), _left: u8) -> (S::Quad, u8) {
         (S::Quad::default(), 0)
+    }
+
+    /// True if most rays can be told to meet a row, or to miss it, for less than its test costs: by its outline.
+    const OUTLINED: bool = false;
+
+    /// The outlines of rows `4 * four` to `4 * four + 3`. Rows past the end hold anything.
+    #[inline(always)]
+    fn outlines(&self, _four: usize, _center: &Center<S>) -> Outlines {
+        Outlines::default()
+    }
+
+    /// [`Block::first`] of rays of which it is known which of them pass `through` the outline of primitive `i`, and none of
+    /// which starts on it: the same, to the bit.
+    #[inline(always)]
+    fn first_through(
+        &self,
+        _i: usize,
+        _rays: &Rays<S::Lane>,
+        _through: Mask<S::Lane>,
+        _from: S::Lane,
+    ) -> S::Lane {
+        S::Lane::lit(f64::NAN)
     }
 
     /// Lanes of `left.on` that leave primitive `i`, which is convex, for good: none of their crossings lies ahead. Only

@@ -1,7 +1,10 @@
 //! Triangles, flat and smooth, without cracks between neighbours.
 
 use super::plane::finite;
-use super::{Aabb, Block, Left, Ray, Rays, Surfaces, dot_four, gather, in_four, less_four, permuted};
+use super::{
+    Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, in_four,
+    less_four, permuted,
+};
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
@@ -193,12 +196,17 @@ fn crossing<L: Lane>(
     if left.is_none() && !inside.any() {
         return [L::lit(f64::NAN)];
     }
-    let mut t = normal.dot(corners.0[0] - rays.origin) / normal.dot(rays.dir);
-    t = inside.select(t, L::lit(f64::NAN));
+    let mut t = to_plane(corners.0[0], normal, rays, inside);
     if let Some(left) = left {
         t = left.on.select(L::zero(), t);
     }
     [finite(t)]
+}
+
+/// Distances to the plane of a triangle in lanes `inside`, NaN elsewhere.
+#[inline(always)]
+fn to_plane<L: Lane>(corner: Vec3<L>, normal: Vec3<L>, rays: &Rays<L>, inside: Mask<L>) -> L {
+    inside.select(normal.dot(corner - rays.origin) / normal.dot(rays.dir), L::lit(f64::NAN))
 }
 
 /// [`crossing`] of one ray with four triangles: see [`Block::near_in_four`]. (The triangle that the ray starts on is
@@ -322,6 +330,30 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         near_crossings(&self.fours[four], ray, limits, left)
     }
 
+    const OUTLINED: bool = true;
+
+    #[inline(always)]
+    fn outlines(&self, four: usize, center: &Center<S>) -> Outlines {
+        let Four(columns) = &self.fours[four];
+        let column = |k: usize| S::Quad::from_array(columns[k]);
+        let corner = |k: usize| [column(k), column(k + 1), column(k + 2)];
+        Outlines::of::<S>([corner(0), corner(3), corner(6)], center)
+    }
+
+    #[inline(always)]
+    fn first_through(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        through: Mask<S::Lane>,
+        from: S::Lane,
+    ) -> S::Lane {
+        let Four(columns) = &self.fours[i / 4];
+        let column = |k: usize| S::Lane::splat(columns[k][i % 4]);
+        let three = |k: usize| Vec3::new(column(k), column(k + 1), column(k + 2));
+        first_beyond(&[finite(to_plane(three(0), three(9), rays, through))], from)
+    }
+
     #[inline(always)]
     fn boundary(&self, _i: usize, _rays: &Rays<S::Lane>, _left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
         [S::Lane::lit(f64::NAN)]
@@ -413,6 +445,24 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     #[inline(always)]
     fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
         self.flat.near_in_four(four, ray, limits, left)
+    }
+
+    const OUTLINED: bool = true;
+
+    #[inline(always)]
+    fn outlines(&self, four: usize, center: &Center<S>) -> Outlines {
+        self.flat.outlines(four, center)
+    }
+
+    #[inline(always)]
+    fn first_through(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        through: Mask<S::Lane>,
+        from: S::Lane,
+    ) -> S::Lane {
+        self.flat.first_through(i, rays, through, from)
     }
 
     #[inline(always)]

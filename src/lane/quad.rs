@@ -31,6 +31,8 @@ pub trait Quad:
     fn from_array(lanes: [Self::Scalar; QUAD]) -> Self;
     /// Lane by lane.
     fn to_array(self) -> [Self::Scalar; QUAD];
+    /// Each rounded to single precision.
+    fn to_f32s(self) -> f32x4;
     /// A constant in every lane.
     #[inline(always)]
     fn lit(x: f64) -> Self {
@@ -57,7 +59,7 @@ pub trait Quad:
 }
 
 macro_rules! impl_quad {
-    ($quad:ty, $scalar:ty) => {
+    ($quad:ty, $scalar:ty, $to_f32s:expr) => {
         impl Quad for $quad {
             type Scalar = $scalar;
 
@@ -72,6 +74,10 @@ macro_rules! impl_quad {
             #[inline(always)]
             fn to_array(self) -> [$scalar; QUAD] {
                 <$quad>::to_array(self)
+            }
+            #[inline(always)]
+            fn to_f32s(self) -> f32x4 {
+                ($to_f32s)(self)
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -113,5 +119,5 @@ macro_rules! impl_quad {
     };
 }
 
-impl_quad!(f32x4, f32);
-impl_quad!(f64x4, f64);
+impl_quad!(f32x4, f32, |x| x);
+impl_quad!(f64x4, f64, |x: f64x4| f32x4::from(x.to_array().map(|x| x as f32)));

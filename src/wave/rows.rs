@@ -1,15 +1,18 @@
 //! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against eight rows.
 
 use super::query::{GROUP, Query};
-use crate::bvh::{Count, Packet, Run};
+use crate::bvh::{Count, Packet, Run, bits};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
-use crate::kernel::{Block, Left, Looking, Ray, View};
+use crate::kernel::{Block, Center, Left, Lines, Looking, Ray, View};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
 pub struct Views<S: Scalar> {
     by_packet: SmallVec<[View<S::Lane>; GROUP]>,
+    /// The rays as lines, by packet, and what about.
+    lines: SmallVec<[Lines; GROUP]>,
+    center: Center<S>,
     none: View<S::Lane>,
 }
 
@@ -17,9 +20,14 @@ impl<S: Scalar> Views<S> {
     /// Of the rays of `queries`, if they are `wanted`.
     #[inline(always)]
     pub fn new(queries: &[Query<S::Lane>], wanted: bool) -> Self {
-        let mut views = Self { by_packet: SmallVec::new(), none: View::default() };
-        if wanted {
-            views.by_packet.extend(queries.iter().map(|query| View::along(query.rays.dir)));
+        let (by_packet, lines) = (SmallVec::new(), SmallVec::new());
+        let mut views = Self { by_packet, lines, center: Center::default(), none: View::default() };
+        if let (true, Some(first)) = (wanted, queries.first()) {
+            views.center = Center::at_start(&first.rays);
+            for query in queries {
+                views.by_packet.push(View::along(query.rays.dir));
+                views.lines.push(views.center.lines(&query.rays, query.lanes));
+            }
         }
         views
     }
@@ -125,6 +133,10 @@ impl Rows<'_> {
     }
 }
 
+/// With fewer tests ahead than this it does not pay to look at outlines first, in single and in double precision. (In single with
+/// 1 knot's camera rays lost 3 % and its shadow rays 10; from 4 to 12 all is within the scatter.)
+const FEWEST_OUTLINED: [u32; 2] = [8, 2];
+
 /// The test of a run of one kind by several packets: a bit for each that found something nearer.
 pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     pub rows: Rows<'a>,
@@ -140,6 +152,11 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> u8 {
+        let tests = self.which.count_ones() * self.rows.run.len;
+        let double = S::UNIT_ROUNDOFF < f32::UNIT_ROUNDOFF;
+        if K::OUTLINED && tests >= FEWEST_OUTLINED[usize::from(double)] {
+            return self.outlined(block);
+        }
         let Self { rows, mut which, packets, queries, views, count } = self;
         let mut found = 0;
         while which != 0 {
@@ -151,6 +168,59 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
                 state.found(changed, query.t, ANY);
                 found |= 1 << k;
             }
+        }
+        found
+    }
+}
+
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, ANY> {
+    /// By outlines first, four rows at a time.
+    #[inline(always)]
+    fn outlined<K: Block<S>>(self, block: &K) -> u8 {
+        let Self { rows, mut which, packets, queries, views, count } = self;
+        let Rows { run, base, rank } = rows;
+        let mut found = 0;
+        let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
+        for k in bits(which) {
+            // Rays that start on a row are for the rows' own test.
+            if queries[k].starts_within(base + run.first, run.len) {
+                which &= !(1 << k);
+                let (query, state) = (&mut queries[k], &mut packets[k]);
+                let changed = rows.test(block, (query, views.of(k)), (state.live(), ANY), count);
+                if changed != 0 {
+                    state.found(changed, query.t, ANY);
+                    found |= 1 << k;
+                }
+            }
+        }
+        while first < end && which != 0 {
+            let outlines = block.outlines((first / FOUR) as usize, &views.center);
+            for k in bits(which) {
+                let (query, state, lines) = (&mut queries[k], &mut packets[k], &views.lines[k]);
+                let (live, mut changed) = (state.live(), 0);
+                for row in first.max(run.first)..(first + FOUR).min(end) {
+                    count.leaf(live.count_ones());
+                    let (through, unsure) = outlines.meet((row % FOUR) as usize, lines);
+                    if (through | unsure) & live == 0 {
+                        continue;
+                    }
+                    let t = if unsure & live == 0 {
+                        block.first_through(row as usize, &query.rays, Mask::from_bits(through), query.t_min)
+                    } else {
+                        let looking = Looking { from: query.t_min, to: query.t, lanes: live };
+                        block.first(row as usize, &query.rays, views.of(k), None, &looking)
+                    };
+                    changed |= accept(query, t, base + row, live, rank);
+                    if ANY && changed == live {
+                        break;
+                    }
+                }
+                if changed != 0 {
+                    state.found(changed, query.t, ANY);
+                    found |= 1 << k;
+                }
+            }
+            first += FOUR;
         }
         found
     }
