@@ -3,8 +3,8 @@
 use super::binary::{Binary, Extent};
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
 use super::items::Tag;
-use super::{Bvh, Child, Node, Run};
-use crate::lane::Scalar;
+use super::{Bvh, Child, Node, Run, bits};
+use crate::lane::{QUAD, Scalar};
 use glam::DVec3;
 
 /// Writes nodes, runs and the new order of rows.
@@ -47,12 +47,20 @@ impl<B: Scalar> Emit<'_, B> {
         }
         self.tree.nodes.push(node);
         self.tree.depth = self.tree.depth.max(depth);
+        let mut leaves = 0u8;
         for (k, &child) in children.iter().enumerate() {
-            self.tree.nodes[number].child[k] = if is_leaf(self.plans, child) {
-                self.leaf(child)
-            } else {
-                Child::node(self.node(child, depth + 1))
-            };
+            leaves |= u8::from(is_leaf(self.plans, child)) << k;
+        }
+        // A node's leaves lie together, in the order that parts the fewest of them over two fours of rows.
+        while leaves != 0 {
+            let k = self.next_leaf(children, leaves);
+            leaves &= !(1 << k);
+            self.tree.nodes[number].child[k] = self.leaf(children[k]);
+        }
+        for (k, &child) in children.iter().enumerate() {
+            if !is_leaf(self.plans, child) {
+                self.tree.nodes[number].child[k] = Child::node(self.node(child, depth + 1));
+            }
         }
         number
     }
@@ -66,6 +74,23 @@ impl<B: Scalar> Emit<'_, B> {
             node.planes[axis][k] = plane(low[axis], -self.slack[axis]);
             node.planes[3 + axis][k] = plane(high[axis], self.slack[axis]);
         }
+    }
+
+    /// The largest of `leaves`, bits of `children`, that fits into what is left of four rows, or the largest: single rays are
+    /// tested against four rows at a time.
+    fn next_leaf(&self, children: &[usize], leaves: u8) -> usize {
+        let mut best = (0, 0);
+        for k in bits(leaves) {
+            let (first, count) = self.binary.nodes[children[k]].tags();
+            let kind = Tag::of(&self.binary.items[first as usize]).kind();
+            let room = QUAD - self.order[usize::from(kind)].len() % QUAD;
+            let count = count as usize;
+            let worth = if count <= room { 2 * MAX_LEAF + count } else { count };
+            if worth > best.0 {
+                best = (worth, k);
+            }
+        }
+        best.1
     }
 
     /// A row that several items share, piece by piece, gets its place where it first comes.
