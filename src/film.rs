@@ -68,6 +68,8 @@ pub struct PacketCounts {
     pub shaded: u64,
     /// Hits in them; one that shows several textures counts once for each.
     pub hits: u64,
+    /// Shadow rays that went in no packet: what is around the light was known.
+    pub answered: u64,
 }
 
 impl RayCounts {
@@ -89,5 +91,6 @@ impl RayCounts {
         own.refract += other.refract;
         own.shaded += other.shaded;
         own.hits += other.hits;
+        own.answered += other.answered;
     }
 }

@@ -11,7 +11,7 @@ use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
-pub use crate::wave::{Occupancy, Schedule, Traversal};
+pub use crate::wave::{LightBuffers, Occupancy, Schedule, Traversal};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::collections::BTreeMap;

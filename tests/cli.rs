@@ -271,7 +271,7 @@ mod pictures {
         assert_eq!(keys(&stats["rays"]), "camera reflect refract shadow");
         assert_eq!(stats["rays"]["camera"], 160 * 120);
         // 160 by 120 pixels are whole packets; a ball alone has no mirror rays.
-        assert_eq!(keys(&stats["queues"]), "camera hits reflect refract shadow");
+        assert_eq!(keys(&stats["queues"]), "camera hits reflect refract shadow shadow_answered");
         assert_eq!((&stats["queues"]["camera"], &stats["queues"]["reflect"]), (&8.0.into(), &().into()));
         assert_eq!((&stats["threads"], &stats["precision"]), (&1.into(), &"fast".into()));
         assert_eq!(stats["shapes"], serde_json::json!({ "sphere": 1 }));

@@ -6,7 +6,7 @@
 
 use octray::eval;
 use octray::film::Pixel;
-use octray::render::{Engine, RenderOptions, render};
+use octray::render::{Engine, LightBuffers, RenderOptions, Schedule, render};
 use octray::scene::Scene;
 use std::path::Path;
 
@@ -75,8 +75,11 @@ fn random_scenes_look_the_same_to_packets_and_oracle() {
     for seed in first..first + scenes {
         let scene = scene(seed);
         let picture = |engine| {
-            let options =
-                RenderOptions { width: WIDTH, height: HEIGHT, engine, threads: 2, ..Default::default() };
+            // By themselves lights have buffers only in larger pictures.
+            let light_buffers = if seed % 2 == 0 { LightBuffers::Always } else { LightBuffers::Auto };
+            let schedule = Schedule { light_buffers, ..Schedule::default() };
+            let (width, height, threads) = (WIDTH, HEIGHT, 2);
+            let options = RenderOptions { width, height, engine, threads, schedule, ..Default::default() };
             render(&scene, &options, &|_| {}).unwrap().0
         };
         let (packets, oracle) = (picture(Engine::Packets), picture(Engine::Reference));

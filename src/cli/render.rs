@@ -7,7 +7,7 @@ use super::stats::Stats;
 use clap::ValueEnum;
 use octray::film::Film;
 use octray::image_io::{self, Encoding, Format};
-use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
+use octray::render::{Engine, LightBuffers, Precision, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
 use std::io::Write;
@@ -72,6 +72,9 @@ pub struct TracingArgs {
     /// How rays go through the tree. The picture is the same, bit by bit
     #[arg(long, value_enum, default_value_t)]
     pub traversal: TraversalArg,
+    /// Which lights have buffers that answer shadow rays untraced. The picture is the same but for roundings
+    #[arg(long, value_enum, default_value_t)]
+    pub light_buffers: LightBuffersArg,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -107,6 +110,17 @@ pub enum TraversalArg {
     Hybrid,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum LightBuffersArg {
+    /// Where they save more than they cost
+    #[default]
+    Auto,
+    /// All that shadow rays converge on
+    Always,
+    /// None
+    Never,
+}
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum FormatArg {
     Png,
@@ -128,6 +142,16 @@ impl From<TraversalArg> for Traversal {
     }
 }
 
+impl From<LightBuffersArg> for LightBuffers {
+    fn from(buffers: LightBuffersArg) -> Self {
+        match buffers {
+            LightBuffersArg::Auto => Self::Auto,
+            LightBuffersArg::Always => Self::Always,
+            LightBuffersArg::Never => Self::Never,
+        }
+    }
+}
+
 impl From<PrecisionArg> for Precision {
     fn from(precision: PrecisionArg) -> Self {
         match precision {
@@ -145,7 +169,8 @@ impl TracingArgs {
             EngineArg::Reference => Engine::Reference,
         };
         let (threads, precision) = (self.threads, self.precision.into());
-        let schedule = Schedule { traversal: self.traversal.into(), ..Schedule::default() };
+        let (traversal, light_buffers) = (self.traversal.into(), self.light_buffers.into());
+        let schedule = Schedule { traversal, light_buffers, ..Schedule::default() };
         RenderOptions { width, height, threads, precision, engine, schedule, ..RenderOptions::default() }
     }
 }

@@ -58,6 +58,8 @@ pub struct QueueLanes {
     pub refract: Option<f64>,
     /// Of hits that are shaded together.
     pub hits: Option<f64>,
+    /// Share of the shadow rays that went in no packet, as the light's buffer knew the answer.
+    pub shadow_answered: Option<f64>,
 }
 
 impl QueueLanes {
@@ -67,10 +69,11 @@ impl QueueLanes {
         let mean = |lanes: u64, packets: u64| (packets > 0).then(|| lanes as f64 / packets as f64);
         (packets.camera > 0).then(|| Self {
             camera: mean(rays.camera, packets.camera),
-            shadow: mean(rays.shadow, packets.shadow),
+            shadow: mean(rays.shadow - packets.answered, packets.shadow),
             reflect: mean(rays.reflect, packets.reflect),
             refract: mean(rays.refract, packets.refract),
             hits: mean(packets.hits, packets.shaded),
+            shadow_answered: mean(packets.answered, rays.shadow),
         })
     }
 }

@@ -39,6 +39,8 @@ pub struct Hit<L: Lane> {
     pub interior: [u32; LANES],
     /// Lanes lit from both sides.
     pub double_illuminate: u8,
+    /// Lanes whose surface is seen from where its normal points.
+    pub outside: u8,
     /// What was hit.
     pub surface: [u32; LANES],
     /// The part of it.
@@ -62,8 +64,9 @@ impl<L: Lane> Hit<L> {
         self.level[to] = other.level[from];
         self.medium[to] = other.medium[from];
         self.interior[to] = other.interior[from];
-        self.double_illuminate &= !(1 << to);
-        self.double_illuminate |= (other.double_illuminate >> from & 1) << to;
+        let bit = |bits: u8, other: u8| bits & !(1 << to) | (other >> from & 1) << to;
+        self.double_illuminate = bit(self.double_illuminate, other.double_illuminate);
+        self.outside = bit(self.outside, other.outside);
         self.surface[to] = other.surface[from];
         self.part[to] = other.part[from];
         self.texture[to] = other.texture[from];
@@ -282,11 +285,12 @@ impl<L: Lane> HitList<L> {
         let found = resolve(scene, query);
         let looks = Looks::of(scene, query, &found, lanes);
         let facing = found.normal.dot(carriers.lines.rays.dir);
+        let behind = facing.gt(L::zero());
         let mut hit = Hit {
             active: lanes,
             point: found.point,
             dir: carriers.lines.rays.dir,
-            normal: Vec3::select(facing.gt(L::zero()), -found.normal, found.normal),
+            normal: Vec3::select(behind, -found.normal, found.normal),
             cos: facing.abs(),
             distance: query.t,
             throughput: carriers.throughput,
@@ -297,6 +301,7 @@ impl<L: Lane> HitList<L> {
             medium: carriers.medium,
             interior: looks.interior,
             double_illuminate: looks.double_illuminate,
+            outside: !behind.bits(),
             surface: query.surface,
             part: found.part,
             texture: looks.texture,

@@ -1,5 +1,6 @@
 //! Lights as eight points see them (manual section 3.4.4; formulas as measured on POV-Ray 3.7).
 
+use super::light_buffer::LightBuffer;
 use crate::lane::{Lane, Mask, Vec3};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
@@ -16,7 +17,7 @@ pub struct Incidence<L> {
 }
 
 /// A light ready for lanes.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct LightProgram {
     location: DVec3,
     color: DVec3,
@@ -28,6 +29,8 @@ pub struct LightProgram {
     fade: Option<(f64, f64)>,
     /// No shadows, no highlights.
     pub shadowless: bool,
+    /// What is known of the ways to it, if that is worth while.
+    pub buffer: Option<LightBuffer>,
 }
 
 impl LightProgram {
@@ -65,7 +68,13 @@ impl LightProgram {
             parallel: light.parallel || matches!(light.kind, LightKind::Cylinder { .. }),
             fade: light.fade.map(|fade| (fade.distance, fade.power)),
             shadowless: light.shadowless,
+            buffer: None,
         }
+    }
+
+    /// Where its shadow rays end, if that is one point and it has any.
+    pub fn shadow_point(&self) -> Option<DVec3> {
+        (!self.parallel && !self.shadowless).then_some(self.location)
     }
 
     /// Unit directions from eight points to the light, and how far it is.

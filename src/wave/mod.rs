@@ -10,6 +10,7 @@ mod enclosing;
 mod hits;
 mod leaves;
 mod light;
+mod light_buffer;
 mod medium;
 mod query;
 mod queue;
@@ -30,6 +31,7 @@ use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
+pub use light_buffer::LightBuffers;
 use query::{GROUP, Query};
 use queue::Lines;
 use rayon::prelude::*;
@@ -45,12 +47,14 @@ pub struct Schedule {
     pub traversal: Traversal,
     /// Edge of a tile in pixels, at least 1.
     pub tile: usize,
+    /// Which shadow rays are answered without being traced.
+    pub light_buffers: LightBuffers,
 }
 
 impl Default for Schedule {
     /// A tile has 1024 camera rays, whose queues stay in a core's second-level cache.
     fn default() -> Self {
-        Self { traversal: Traversal::default(), tile: 32 }
+        Self { traversal: Traversal::default(), tile: 32, light_buffers: LightBuffers::default() }
     }
 }
 
@@ -63,7 +67,8 @@ pub fn render<S: Scalar, B: Scalar>(
     count: bool,
     progress: &(dyn Fn(usize, &RayCounts) + Sync),
 ) -> (Film, RayCounts, Occupancy) {
-    let lights = LightProgram::all(&scene.lights, scene.origin);
+    let mut lights = LightProgram::all(&scene.lights, scene.origin);
+    light_buffer::surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let tile = schedule.tile.max(1);
     let tiles: Vec<TileArea> = (0..height)

@@ -28,6 +28,8 @@ pub struct Emit<'a, L: Lane> {
     pub media: &'a mut Media,
     /// Packets of hits so far, and hits in them.
     pub shaded: &'a mut (u64, u64),
+    /// Shadow rays so far that lights' buffers have answered.
+    pub answered: &'a mut u64,
 }
 
 /// A layer at the hits, as light meets it.
@@ -110,8 +112,9 @@ pub fn shade<S: Scalar, B: Scalar>(
 
     emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
     if lit_layers.first.is_some() {
+        let from_behind = lit_layers.iter().any(|lit| lit.layer.finish.diffuse_back != 0.0);
         for (number, light) in lights.iter().enumerate() {
-            let Some(lamp) = Lamp::new(light, hit, active, &lit_layers) else { continue };
+            let Some(lamp) = Lamp::new(light, hit, active, from_behind, emit.answered) else { continue };
             let mut sum = Vec3::lit(0.0);
             for layer in lit_layers.iter() {
                 let part = direct_light(&lamp, layer, hit, scene.globals.irid_wavelength);
@@ -202,27 +205,44 @@ struct Lamp<L> {
     /// Bright enough and before the surface, or behind it.
     front: Mask<L>,
     back: Mask<L>,
+    /// Lanes that nothing keeps its light from.
+    free: u8,
 }
 
 impl<L: Lane> Lamp<L> {
     /// `None` if none of its light can go to the eye.
     #[inline(always)]
-    fn new(light: &LightProgram, hit: &Hit<L>, active: Mask<L>, layers: &Few<LitLayer<L>>) -> Option<Self> {
+    fn new(
+        light: &LightProgram,
+        hit: &Hit<L>,
+        active: Mask<L>,
+        from_behind: bool,
+        answered: &mut u64,
+    ) -> Option<Self> {
         let (dir, distance) = light.towards(hit.point);
         let cos = hit.normal.dot(dir);
         let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
-        let from_behind = layers.iter().any(|lit| lit.layer.finish.diffuse_back != 0.0);
         if front.none() && !from_behind {
             return None;
         }
         let incidence = light.at(hit.point, dir, distance);
-        let bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        let mut bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        let mut free = 0;
+        if let Some(buffer) = &light.buffer {
+            // What is lit from both sides may stand in its own light.
+            let lanes = (bright & front).bits() & !hit.double_illuminate;
+            let known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
+            *answered += u64::from((known.free | known.blocked).count_ones());
+            bright &= !Mask::from_bits(known.blocked);
+            free = known.free;
+        }
         let lamp = Self {
             shadowless: light.shadowless,
             incidence,
             cos,
             front: bright & front,
             back: bright & !front,
+            free,
         };
         bright.any().then_some(lamp)
     }
@@ -366,8 +386,12 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
         return;
     }
     let light = sum.mul(hit.throughput);
-    if lamp.shadowless {
-        emit.sums.add(&hit.sink, light, lanes);
+    let free = if lamp.shadowless { lanes } else { lanes & lamp.free };
+    if free != 0 {
+        emit.sums.add(&hit.sink, light, free);
+    }
+    let lanes = lanes & !free;
+    if lanes == 0 {
         return;
     }
     let queue = &mut emit.shadows[number];

@@ -42,6 +42,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     order: Vec<u32>,
     /// Packets of hits that were shaded, and hits in them.
     shaded: (u64, u64),
+    /// Shadow rays that lights' buffers have answered.
+    answered: u64,
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
@@ -111,6 +113,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let reflect = self.reflected.take_count();
         let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
         let (shaded, hits) = std::mem::take(&mut self.shaded);
+        let answered = std::mem::take(&mut self.answered);
+        shadow += answered;
         let packets = PacketCounts {
             camera: self.camera.take_packet_count(),
             shadow: self.shadow_queues.iter_mut().map(Queue::take_packet_count).sum(),
@@ -118,6 +122,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             refract: self.refracted.iter_mut().map(Queue::take_packet_count).sum(),
             shaded,
             hits,
+            answered,
         };
         RayCounts { camera, shadow, reflect, refract, packets }
     }
@@ -132,7 +137,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             Sender::Camera => class::CAMERA,
             Sender::Mirror => class::REFLECTED,
         };
-        let (reflected, refracted, shaded) = (&mut self.reflected, &mut self.refracted, &mut self.shaded);
+        let (reflected, refracted) = (&mut self.reflected, &mut self.refracted);
+        let (shaded, answered) = (&mut self.shaded, &mut self.answered);
         for group in batch_order.chunks(GROUP) {
             let group = group.iter().map(|&number| &batch[number as usize]);
             queries.resize(group.len(), Query::default());
@@ -151,7 +157,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 }
                 hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
                     let refracted = &mut refracted[sender as usize];
-                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded };
+                    let mut emit =
+                        Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded, answered };
                     shade(scene, &shared.lights, hit, program, &mut emit);
                 });
             }
@@ -165,10 +172,11 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Shades the hits that wait; false if there are none.
     fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
-        let Self { hits, sums, media, shadow_queues, reflected, refracted, shaded, .. } = self;
+        let Self { hits, sums, media, shadow_queues, reflected, refracted, shaded, answered, .. } = self;
         hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
             let refracted = &mut refracted[sender as usize];
-            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded };
+            let mut emit =
+                Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded, answered };
             shade(shared.scene, &shared.lights, hit, program, &mut emit);
         })
     }

@@ -4,7 +4,7 @@
 use super::{HEIGHT, WIDTH, differences, picture, scene};
 use glam::DVec3;
 use octray::compile::Compiled;
-use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
+use octray::render::{Engine, LightBuffers, Precision, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Mesh, MeshTriangle, Object, Scene, Shape, Texture, Transform};
 use octray::{random, wave};
 use proptest::prelude::*;
@@ -139,11 +139,17 @@ proptest! {
     fn tiles_and_walks_change_no_byte(case in chosen(), tile in 1usize..70) {
         let scene = built(&case);
         let usual = picture(&scene, Engine::Packets, Precision::Exact, 1);
-        for traversal in [Traversal::Auto, Traversal::Packet, Traversal::Single, Traversal::Hybrid] {
-            let schedule = Schedule { traversal, tile };
+        let ways = [
+            (Traversal::Auto, LightBuffers::Always),
+            (Traversal::Packet, LightBuffers::Never),
+            (Traversal::Single, LightBuffers::Auto),
+            (Traversal::Hybrid, LightBuffers::Always),
+        ];
+        for (traversal, light_buffers) in ways {
+            let schedule = Schedule { traversal, tile, light_buffers };
             let options = RenderOptions { width: WIDTH, height: HEIGHT, threads: 1, schedule, ..Default::default() };
             let film = render(&scene, &options, &|_| {}).unwrap().0;
-            prop_assert!(bytes(&film) == bytes(&usual), "{traversal:?}, tiles of {tile}");
+            prop_assert!(bytes(&film) == bytes(&usual), "{schedule:?}");
         }
     }
 

@@ -1,0 +1,177 @@
+//! What can stand between a light and a point.
+
+use crate::bvh::{Child, Run};
+use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, class};
+use crate::kernel::Aabb;
+use crate::lane::{Lane, Scalar, Vec3, f64x8};
+use glam::DVec3;
+
+/// Something of finite size that casts a shadow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Caster {
+    pub bounds: Aabb,
+    /// Kind and row, [`COMPOSITE`] and number.
+    pub kind: u8,
+    pub row: u32,
+    /// Of convex solids, which never stand in the way of their own front; else [`NO_SURFACE`].
+    pub surface: SurfaceId,
+    /// A convex solid that stops all light.
+    pub blocks: bool,
+}
+
+/// A half space whose boundary casts a shadow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HalfSpace {
+    pub normal: DVec3,
+    pub foot: DVec3,
+    pub surface: SurfaceId,
+}
+
+/// Everything in a scene that casts shadows.
+#[derive(Debug, Default)]
+pub struct Casters {
+    pub(super) all: Vec<Caster>,
+    pub(super) planes: Vec<HalfSpace>,
+    /// Nothing else without bounds.
+    pub(super) complete: bool,
+    /// Around all that has bounds.
+    pub(super) bounds: Option<Aabb>,
+}
+
+/// True of kinds whose solids are convex, with a surface that is all of their skin.
+fn is_convex(kind: Kind) -> bool {
+    use Kind::{Box, Cone, Cylinder, Ellipsoid, OrientedBox, Sphere};
+    matches!(kind, Sphere | Ellipsoid | Box | OrientedBox | Cylinder | Cone)
+}
+
+/// With fewer casters a shadow ray takes no longer than to look it up.
+const FEWEST: usize = 64;
+
+/// Whether most casters are convex solids, and many, but no more than pixels. (Points on others are mostly in doubt: what they
+/// lie on, or its next piece, is near.)
+pub(super) fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize) -> bool {
+    let (mut all, mut convex) = (scene.csg.composites.len(), 0);
+    for &kind in Kind::ALL {
+        let rows = scene.columns.len(kind);
+        all += rows;
+        convex += if is_convex(kind) { rows } else { 0 };
+    }
+    convex >= FEWEST.max(all / 2) && all <= pixels
+}
+
+impl Casters {
+    /// Those of `scene`.
+    pub fn of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Self {
+        let mut casters = Self { complete: true, ..Self::default() };
+        let wanted = class::BLOCKS | class::FILTERS;
+        for node in &scene.bvh.nodes {
+            for &leaf in node.child.iter().filter(|child| child.is_leaf() && **child != Child::NONE) {
+                scene.bvh.for_each_run(leaf, |run| {
+                    if run.class & wanted == 0 {
+                        return;
+                    }
+                    for row in run.first..run.first + run.len {
+                        casters.all.push(caster(scene, run, row));
+                    }
+                });
+            }
+        }
+        for run in scene.unbounded.iter().filter(|run| run.class & wanted != 0) {
+            if run.kind != Kind::Plane as u8 {
+                casters.complete = false;
+                continue;
+            }
+            for row in run.first..run.first + run.len {
+                let (normal, foot) = scene.columns.planes.half_space(row as usize);
+                casters.planes.push(HalfSpace {
+                    normal,
+                    foot,
+                    surface: scene.base[Kind::Plane as usize] + row,
+                });
+            }
+        }
+        casters.bounds = casters.all.iter().map(|caster| caster.bounds).reduce(Aabb::union);
+        casters
+    }
+}
+
+fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> Caster {
+    if run.kind == COMPOSITE {
+        let bounds = scene.csg.composites[row as usize].bounds;
+        return Caster { bounds, kind: COMPOSITE, row, surface: NO_SURFACE, blocks: false };
+    }
+    let kind = Kind::ALL[usize::from(run.kind)];
+    let convex = is_convex(kind);
+    Caster {
+        bounds: scene.columns.bounds(kind, row as usize),
+        kind: run.kind,
+        row,
+        surface: if convex { scene.base[usize::from(run.kind)] + row } else { NO_SURFACE },
+        blocks: convex && run.class & class::BLOCKS != 0,
+    }
+}
+
+/// A convex region that a light is in.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Region {
+    /// `normal . p > least`.
+    HalfSpace { normal: DVec3, least: f64, surface: SurfaceId },
+    /// Nearer to `center` than the root of `square`.
+    Ball { center: DVec3, square: f64, surface: SurfaceId },
+    /// Strictly within a box.
+    Box { bounds: Aabb, surface: SurfaceId },
+}
+
+impl Region {
+    /// Its surface: points on it are as good as in it.
+    pub fn surface(&self) -> SurfaceId {
+        match *self {
+            Self::HalfSpace { surface, .. } | Self::Ball { surface, .. } | Self::Box { surface, .. } => {
+                surface
+            }
+        }
+    }
+
+    /// The side of a plane that `location` is on, less `slack`; `None` if that is not plain.
+    pub fn beside(plane: &HalfSpace, location: DVec3, slack: f64) -> Option<Self> {
+        let height = plane.normal.dot(location - plane.foot);
+        let normal = plane.normal * height.signum();
+        let least = normal.dot(plane.foot) + slack;
+        (height.abs() > 2.0 * slack).then_some(Self::HalfSpace { normal, least, surface: plane.surface })
+    }
+
+    /// The inside of a caster whose box `location` is in, less `slack`; `None` if it is not in it, or that is not known.
+    pub fn within(caster: &Caster, location: DVec3, slack: f64) -> Option<Self> {
+        let surface = caster.surface;
+        let Aabb { min, max } = caster.bounds;
+        let region = if caster.kind == Kind::Sphere as u8 {
+            let radius = 0.5 * (max - min).min_element() - slack;
+            Self::Ball { center: caster.bounds.center(), square: radius * radius.max(0.0), surface }
+        } else if caster.kind == Kind::Box as u8 {
+            Self::Box { bounds: Aabb { min: min + slack, max: max - slack }, surface }
+        } else {
+            return None;
+        };
+        let point = Vec3::<f64x8>::splat(location);
+        (region.holds(point) == !0).then_some(region)
+    }
+
+    /// Which of eight points are in it.
+    #[inline(always)]
+    pub fn holds<L: Lane>(&self, point: Vec3<L>) -> u8 {
+        match self {
+            Self::HalfSpace { normal, least, .. } => {
+                point.dot(Vec3::splat(*normal)).gt(L::lit(*least)).bits()
+            }
+            Self::Ball { center, square, .. } => {
+                let off = point - Vec3::splat(*center);
+                off.dot(off).lt(L::lit(*square)).bits()
+            }
+            Self::Box { bounds: Aabb { min, max }, .. } => {
+                let axis = |p: L, min: f64, max: f64| p.gt(L::lit(min)) & p.lt(L::lit(max));
+                let inside = axis(point.x, min.x, max.x) & axis(point.y, min.y, max.y);
+                (inside & axis(point.z, min.z, max.z)).bits()
+            }
+        }
+    }
+}

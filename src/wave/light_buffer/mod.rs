@@ -1,0 +1,182 @@
+//! What a light's surroundings tell of its shadow rays before they are traced (Haines and Greenberg 1986, The light buffer:
+//! a shadow-testing accelerator).
+//!
+//! Around each point light lies a cube of cells. A cell knows how near the first thing may be that could stand in a
+//! way through it, and beyond which depth one convex solid blocks all of it. Most points are nearer than the one or
+//! farther than the other: their shadow rays need not be traced. The answers are those that tracing would give; cells
+//! in doubt say nothing.
+
+mod casters;
+mod raster;
+
+use super::light::LightProgram;
+use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, equal_lanes};
+use casters::{Casters, Region};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(16))]
+struct Cell {
+    /// Before this nothing is in the way.
+    near: f32,
+    /// The same without the convex surface `nearest`, which is never in the way of its own front.
+    near_but_one: f32,
+    nearest: SurfaceId,
+    /// Beyond this all is blocked.
+    blocked: f32,
+}
+
+impl Cell {
+    /// Nothing is in it.
+    const EMPTY: Self = Self {
+        near: f32::INFINITY,
+        near_but_one: f32::INFINITY,
+        nearest: NO_SURFACE,
+        blocked: f32::INFINITY,
+    };
+}
+
+/// A face of the cube, as far as anything can be seen through it: `columns` by `rows` square cells, from `first` on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Face {
+    first: u32,
+    columns: u32,
+    rows: u32,
+    /// Where the first cell begins; the cube's edges are at -1 and 1.
+    corner: [f64; 2],
+    /// Cells in a unit.
+    scale: f64,
+}
+
+/// A cube's faces: towards x, -x, y, -y, z, -z. Across and up are the next two axes.
+const FACES: usize = 6;
+
+/// What is known of the ways from one light, in compiled space.
+#[derive(Debug)]
+pub struct LightBuffer {
+    location: DVec3,
+    faces: [Face; FACES],
+    cells: Vec<Cell>,
+    /// Convex regions that the light is in and whose surface may block: a way within them all meets none of those.
+    regions: Vec<Region>,
+    /// Nothing unknown stands anywhere, so that an empty cell is free.
+    complete: bool,
+}
+
+/// What a light's buffer knows of eight points.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Known {
+    /// Lanes that nothing is in the way of, not even what is see-through.
+    pub free: u8,
+    /// Lanes that no light reaches.
+    pub blocked: u8,
+}
+
+/// Whether lights have buffers. The picture is the same but for the order in which light is summed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LightBuffers {
+    /// Where they save more than they cost.
+    #[default]
+    Auto,
+    /// All lights to whose place shadow rays go.
+    Always,
+    /// None.
+    Never,
+}
+
+/// Pixels to a cell of a light: the more pixels, the finer the cells that pay. (Of a city of 3,000 convex solids under 25 lamps, tracing
+/// and shading take 0.64, 0.42 and 0.37 of the instructions with 4, 16 and 32 thousand cells a light, which take 3, 6
+/// and 11 million a light to fill.)
+const PIXELS_A_CELL: usize = 32;
+/// Pictures with fewer cells than these are done sooner without.
+const FEWEST_CELLS: usize = 256;
+/// Most cells of a light: a megabyte.
+const MOST_CELLS: usize = 1 << 16;
+/// Most cells of all lights together.
+const MOST_OF_ALL: usize = 1 << 22;
+
+/// Gives lights their buffers for a picture of so many pixels.
+pub fn surround<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    lights: &mut [LightProgram],
+    buffers: LightBuffers,
+    pixels: usize,
+) {
+    let cells = (pixels / PIXELS_A_CELL).min(MOST_CELLS).min(MOST_OF_ALL / lights.len().max(1));
+    let casters = match buffers {
+        LightBuffers::Never => return,
+        LightBuffers::Auto if cells < FEWEST_CELLS || !casters::are_worth_it(scene, pixels) => return,
+        LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
+    };
+    lights.par_iter_mut().for_each(|light| {
+        let around = |place| raster::fill(scene, &casters, place, cells.max(FEWEST_CELLS));
+        light.buffer = light.shadow_point().map(around);
+    });
+}
+
+impl LightBuffer {
+    /// What is known of the ways from `lanes` of eight points to the light. The points lie on surfaces, which those in
+    /// `outside` see from outside and which are lit on the side that is seen.
+    #[inline]
+    pub fn look<L: Lane>(
+        &self,
+        point: Vec3<L>,
+        surface: &[SurfaceId; LANES],
+        outside: u8,
+        lanes: u8,
+    ) -> Known {
+        let way = point - Vec3::splat(self.location);
+        let [x, y, z] = [way.x, way.y, way.z].map(L::abs);
+        let along_x = x.ge(y) & x.ge(z);
+        let along_y = y.ge(z);
+        let pick = |a: L, b: L, c: L| along_x.select(a, along_y.select(b, c));
+        let depth = pick(x, y, z);
+        let share = L::lit(1.0) / depth;
+        let across = pick(way.y, way.z, way.x) * share;
+        let up = pick(way.z, way.x, way.y) * share;
+        let backward = pick(way.x, way.y, way.z).lt(L::zero()).bits();
+        let (along_x, along_y) = (along_x.bits(), along_y.bits());
+        let along = [along_x, along_y & !along_x, !along_y & !along_x];
+
+        let (mut number, mut within, mut waiting) = (L::zero(), 0u8, lanes);
+        // Neighbours mostly lie behind one face.
+        while waiting != 0 {
+            let first = waiting.trailing_zeros();
+            let axis = along.iter().position(|lanes| lanes >> first & 1 == 1).unwrap_or(0);
+            let negative = backward >> first & 1 == 1;
+            let same = waiting & along[axis] & if negative { backward } else { !backward };
+            waiting &= !same;
+            let face = &self.faces[axis * 2 + usize::from(negative)];
+            let place = |x: L, corner: f64| (x - L::lit(corner)) * L::lit(face.scale);
+            let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
+            let (columns, rows) = (L::lit(f64::from(face.columns)), L::lit(f64::from(face.rows)));
+            let least = column.min(row).ge(L::zero());
+            within |= (least & column.lt(columns) & row.lt(rows)).bits() & same;
+            let here = row.trunc() * columns + column.trunc() + L::lit(f64::from(face.first));
+            number = Mask::from_bits(same).select(here, number);
+        }
+        let mut known = Known { free: lanes & !within, blocked: 0 };
+        let (number, depth) = (number.to_array(), depth.to_array());
+        for k in (0..LANES).filter(|k| within >> k & 1 == 1) {
+            let Some(cell) = self.cells.get(number[k].to_f64() as usize) else { continue };
+            let own = cell.nearest == surface[k] && outside >> k & 1 == 1;
+            let near = if own { cell.near_but_one } else { cell.near };
+            let depth = depth[k].to_f64() as f32;
+            known.free |= u8::from(depth < near) << k;
+            known.blocked |= u8::from(depth > cell.blocked) << k;
+        }
+        if !self.complete {
+            known.free = 0;
+        }
+        for region in &self.regions {
+            if known.free == 0 {
+                break;
+            }
+            known.free &= region.holds(point) | equal_lanes(surface, region.surface());
+        }
+        known
+    }
+}

@@ -1,0 +1,90 @@
+//! Shadow rays that a light's buffer answers have the answers that tracing gives.
+
+use octray::eval;
+use octray::film::Film;
+use octray::render::{LightBuffers, Precision, RenderOptions, Schedule, render};
+
+/// Rows of solids of every convex kind, things that are none, glass, and what casts no shadow; some close to a lamp.
+const YARD: &str = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 4 }
+camera { location <-7, 6, -9> look_at <0, 0.5, 0> angle 50 }
+#declare S = seed(3);
+#declare I = 0;
+#while (I < 144)
+  object {
+    #switch (mod(I, 9))
+      #case (0) sphere { 0, 0.4 } #break
+      #case (1) box { <-0.3, -0.6, -0.3>, <0.3, 0.5, 0.3> } #break
+      #case (2) box { -0.35, 0.35 rotate <20, 30*I, 10> } #break
+      #case (3) cylinder { -0.6*y, 0.6*y, 0.3 rotate 7*I*z } #break
+      #case (4) cone { -0.5*y, 0.4, 0.6*y, 0.1 } #break
+      #case (5) sphere { 0, 0.3 scale <1, 2, 1> rotate 11*I*x } #break
+      #case (6) torus { 0.3, 0.1 rotate 40*x } #break
+      #case (7) difference { box { -0.35, 0.35 } cylinder { -y, y, 0.25 } } #break
+      #else disc { 0, y + 0.5*x, 0.4 }
+    #end
+    translate <mod(I, 12) - 5.5, 0.6 + 0.5*rand(S), div(I, 12) - 5.5>
+    pigment { rgb <rand(S), rand(S), rand(S)> filter (mod(I, 10) = 0)*0.8 }
+    finish { ambient 0.1 diffuse 0.7 reflection (mod(I, 5) = 0)*0.4 diffuse mod(I, 4)*0.2, mod(I, 3)*0.1 }
+    #if (mod(I, 7) = 0) double_illuminate #end
+    #if (mod(I, 11) = 0) no_shadow #end
+    #if (mod(I, 13) = 0) hollow #end
+  }
+  #declare I = I + 1;
+#end
+plane { y, 0 pigment { checker rgb 0.9, rgb 0.5 } }";
+
+const LIGHTS: &str = "light_source { <8, 12, -9>, 0.6 }
+light_source { <0.3, 2.2, 0.4>, <0.5, 0.4, 0.3> fade_distance 3 fade_power 2 }
+light_source { <-5.5, 0.9, -2.4>, <0.3, 0.4, 0.5> }
+light_source { <3, 8, 5>, 0.5 spotlight radius 20 falloff 40 point_at 0 }
+light_source { <1e7, 2e7, -1e7>, 0.2 }";
+
+/// Rooms around it all, which the lights are in or out of.
+const ROOMS: [&str; 3] = [
+    "",
+    "sphere { 0, 20 pigment { rgb 0.8 } }",
+    "box { -15, 15 pigment { rgb 0.8 } finish { diffuse 0.6, 0.3 } }",
+];
+
+/// A picture, and which share of its shadow rays was answered.
+fn picture(text: &str, precision: Precision, light_buffers: LightBuffers) -> (Film, f64) {
+    let read = eval::from_text("yard", text, &eval::Options::default());
+    assert!(!read.has_errors(), "{:?}", read.diagnostics);
+    let schedule = Schedule { light_buffers, ..Schedule::default() };
+    let options = RenderOptions { width: 160, height: 120, precision, schedule, ..RenderOptions::default() };
+    let (film, stats) = render(&read.scene, &options, &|_| {}).expect("threads start");
+    (film, stats.rays.packets.answered as f64 / stats.rays.shadow as f64)
+}
+
+#[test]
+fn answers_are_those_of_tracing() {
+    for room in ROOMS {
+        let text = format!("{YARD}\n{LIGHTS}\n{room}");
+        // Light is summed in another order. In single precision a ray that a cell's corners decide may round otherwise
+        // than one that is traced: outlines of shadows, by a pixel here and there.
+        for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
+            let (traced, none) = picture(&text, precision, LightBuffers::Never);
+            let (answered, share) = picture(&text, precision, LightBuffers::Always);
+            let differs = |k: usize| {
+                (0..3).any(|c| {
+                    let (a, b) = (traced.pixels[k].rgb[c], answered.pixels[k].rgb[c]);
+                    !((a - b).abs() <= tolerance)
+                })
+            };
+            let over = (0..traced.pixels.len()).filter(|&k| differs(k)).count();
+            assert!(over <= outlines, "{room}: {over} pixels in {precision:?}");
+            assert_eq!(none, 0.0);
+            // A quarter is, with the few cells of so small a picture; in single precision nothing is known of the far light.
+            assert!(share > 0.15, "{room}: {share} answered in {precision:?}");
+        }
+    }
+}
+
+#[test]
+fn lights_without_a_place_have_none() {
+    let lights = "light_source { <3, 8, 5>, 0.5 parallel point_at 0 }
+        light_source { <3, 8, 5>, 0.5 cylinder radius 2 falloff 4 point_at 0 }
+        light_source { <3, 8, -5>, 0.5 shadowless }";
+    let (_, share) = picture(&format!("{YARD}\n{lights}"), Precision::Exact, LightBuffers::Always);
+    assert_eq!(share, 0.0);
+}
