@@ -1,9 +1,9 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
 use super::shapes::{push, push_mesh, smooth_triangles};
-use super::{Columns, Flat, Kind, Owner, Tag, class};
+use super::{Columns, Flat, Kind, Owner, Tag, WithBlock, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
-use crate::kernel::Aabb;
+use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
 use crate::texture::TextureBuilder;
@@ -49,6 +49,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         pass.object(object, &handed);
         pass.interior_of.remove(&handed.root);
     }
+    let Pass { parts, csg, .. } = &mut pass;
+    csg.plan(|part| parts.with(part.kind, SolidOf(part.row as usize)));
     Flat {
         columns: pass.columns,
         parts: pass.parts,
@@ -439,12 +441,14 @@ impl<S: Scalar> Pass<S> {
 
     fn part(&mut self, kind: Kind, row: usize, solid: bool) -> u32 {
         let number = self.csg.parts.len() as u32;
+        let whole_skin = self.parts.with(kind as u8, SolidOf(row)).is_some();
         self.csg.parts.push(Part {
             kind: kind as u8,
             row: row as u32,
             node: self.csg.nodes.len() as u32,
             solid,
-            partial_skin: kind == Kind::Torus,
+            partial_skin: kind == Kind::Torus && !whole_skin,
+            whole_skin,
             inverted: false,
             // The boundary of a disc is its whole plane.
             bounds: if kind == Kind::Disc { Aabb::INFINITE } else { self.parts.bounds(kind, row) },
@@ -497,5 +501,15 @@ impl<S: Scalar> Pass<S> {
             }
         }
         above.truncate(depth);
+    }
+}
+
+/// What body a row is.
+struct SolidOf(usize);
+
+impl WithBlock<f64> for SolidOf {
+    type Output = Option<Solid>;
+    fn block<B: Block<f64>>(self, block: &B) -> Option<Solid> {
+        block.solid(self.0)
     }
 }

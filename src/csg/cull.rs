@@ -1,6 +1,6 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::nearest::Near;
+use super::along::Near;
 use super::{Composite, CsgNode, CsgTree, NodeKind};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
@@ -324,6 +324,7 @@ impl CsgTree {
             box_around,
             closed,
             root,
+            plan: None,
         });
     }
 

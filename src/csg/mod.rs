@@ -5,12 +5,23 @@
 //! inside, so coincident faces do not speckle. POV-Ray's meaning is kept: a union keeps the surfaces inside it, a merge
 //! does not, an intersection or difference keeps what bounds it.
 //!
+//! Most is decided in single precision, with bounds for what that may be off by: which part is met, and whether any is. Only the
+//! crossing that is seen is then computed in double, and only lanes that are in doubt go the way of all crossings.
+//!
 //! This room knows parts by kind and row; it knows no colours and no tree over composites.
 
+mod along;
+mod best;
+mod bracket;
 mod cull;
+mod decide;
 mod nearest;
 mod node;
+mod plan;
 
+pub use along::{PartRoots, Scratch};
+pub use best::Best;
+pub use bracket::Body;
 pub use cull::{BoundsBlock, Side, Stretch};
-pub use nearest::{Best, PartRoots, Scratch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+pub use plan::{Clause, Plan, Rule};

@@ -1,6 +1,6 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
-use super::{BoundsBlock, Side};
+use super::{BoundsBlock, Clause, Plan, Rule, Side};
 use crate::kernel::Aabb;
 use std::ops::Range;
 
@@ -27,6 +27,10 @@ pub struct CsgTree {
     pub required: Vec<u32>,
     /// Other nodes that it lies within.
     pub needed: Vec<u32>,
+    /// By part: how it is decided in single precision, if its composite has a [`Plan`].
+    pub rules: Vec<Rule>,
+    /// What [`Rule`] refers to.
+    pub clauses: Vec<Clause>,
 }
 
 /// One composite.
@@ -50,6 +54,8 @@ pub struct Composite {
     pub closed: bool,
     /// The expression for the inside of the whole.
     pub root: u32,
+    /// How it is decided in single precision, if it can be.
+    pub plan: Option<Plan>,
 }
 
 /// A primitive that is part of a composite.
@@ -65,6 +71,8 @@ pub struct Part {
     pub solid: bool,
     /// It has surfaces at which nothing is entered or left.
     pub partial_skin: bool,
+    /// Its surface is its whole boundary.
+    pub whole_skin: bool,
     /// It is turned inside out: its normal points the other way.
     pub inverted: bool,
     /// Holds its crossings and, if it has an inside, its inside; infinite if that has no end.

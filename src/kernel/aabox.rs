@@ -1,7 +1,7 @@
 //! Boxes whose edges are parallel to the world's axes.
 
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 
@@ -69,6 +69,11 @@ impl<S: Scalar> Block<S> for Boxes<S> {
         let slabs = Slabs { min: gathered(&self.min), max: gathered(&self.max) };
         let (point, normal, part) = slabs.face(rays, t);
         Surfaces { point, normal, part, ..Default::default() }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        let Aabb { min, max } = self.bounds(i);
+        Some(Solid::Box { min, max })
     }
 
     /// Exact: the columns themselves.

@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, Frames};
 use super::slab::{interval, slab, slab_left};
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -281,6 +281,14 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Block<S> for Cones<S, TAP
             normal: frame.normal(Vec3::select(on_end, end, side)),
             part: super::slab::parts(part),
             ..Default::default()
+        }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        match (OPEN, TAPERED) {
+            (true, _) => None,
+            (false, false) => Some(Solid::Cylinder(self.frames.own_space(i))),
+            (false, true) => Some(Solid::Other),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Ellipsoids: the unit sphere under an affine map.
 
 use super::frame::Frames;
-use super::{Aabb, Block, Left, Rays, Surfaces};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar};
 use crate::scene::Transform;
 
@@ -67,6 +67,10 @@ impl<S: Scalar> Block<S> for Ellipsoids<S> {
             normal: frame.normal(on_sphere),
             ..Default::default()
         }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        Some(Solid::Ellipsoid(self.frames.own_space(i)))
     }
 
     fn bounds(&self, i: usize) -> Aabb {

@@ -4,7 +4,7 @@
 //! the linear part: `own = M (p - c)`. A far origin then cancels in one subtraction, rounded once, and not in a sum
 //! of large products. Directions keep the length that the map gives them, so `t` is the same in both spaces.
 
-use super::{Aabb, Rays, gather, permuted};
+use super::{Aabb, OwnSpace, Rays, gather, permuted};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
 use glam::{DMat3, DVec3};
@@ -174,6 +174,11 @@ impl<S: Scalar> Frames<S> {
         let rounding = f * (forward_abs(&own) * (f * reach)) * (8.0 * f64::UNIT_ROUNDOFF);
         // Twice, for the second order: |R| is far below 1/2 for any map worth the name.
         f * (forward_abs(&residual) * reach) * 2.0 + rounding
+    }
+
+    /// The space of row `i`.
+    pub fn own_space(&self, i: usize) -> OwnSpace {
+        OwnSpace { center: self.center_of(i), map: self.matrix(&self.to_own, i) }
     }
 
     fn center_of(&self, i: usize) -> DVec3 {

@@ -21,6 +21,7 @@ mod polygon;
 mod polynomial;
 mod quartic;
 mod slab;
+mod solid;
 mod sphere;
 mod torus;
 mod triangle;
@@ -35,6 +36,7 @@ pub use outline::{Center, Lines, Outlines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
+pub use solid::{OwnSpace, Solid};
 pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
@@ -259,6 +261,11 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane>;
+
+    /// Primitive `i` as a body; `None` where its surface is not all of the boundary, or not a boundary at all.
+    fn solid(&self, _i: usize) -> Option<Solid> {
+        None
+    }
 
     /// A box that holds primitive `i`, rounding of the columns included.
     fn bounds(&self, i: usize) -> Aabb;

@@ -2,7 +2,7 @@
 
 use super::frame::Frames;
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::{DAffine3, DVec3};
@@ -69,6 +69,11 @@ impl<S: Scalar> Block<S> for OrientedBoxes<S> {
             part,
             ..Default::default()
         }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        let half = DVec3::from_array(std::array::from_fn(|k| self.half[k][i].to_f64()));
+        Some(Solid::OrientedBox(self.frames.own_space(i), half))
     }
 
     fn bounds(&self, i: usize) -> Aabb {

@@ -1,6 +1,6 @@
 //! Planes: a unit normal and a point; the half space behind the normal is the inside.
 
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::DVec3;
@@ -81,6 +81,11 @@ impl<S: Scalar> Block<S> for Planes<S> {
         let (normal, foot) = (gathered(&self.normal), gathered(&self.foot));
         let p = rays.origin + rays.dir * t;
         Surfaces { point: p - normal * normal.dot(p - foot), normal, ..Default::default() }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        let at = |c: &[Vec<S>; 3]| DVec3::from_array(std::array::from_fn(|k| c[k][i].to_f64()));
+        Some(Solid::HalfSpace { normal: at(&self.normal), foot: at(&self.foot) })
     }
 
     fn bounds(&self, _i: usize) -> Aabb {

@@ -1,6 +1,6 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
-use super::{Aabb, Block, Left, Ray, Rays, Surfaces, dot_four, in_four, less_four};
+use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, in_four, less_four};
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
@@ -153,6 +153,11 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         let from_center = (rays.origin - center) + rays.dir * t;
         let normal = from_center.normalize();
         Surfaces { point: center + normal * radius, normal, ..Default::default() }
+    }
+
+    fn solid(&self, i: usize) -> Option<Solid> {
+        let [x, y, z, radius] = self.row(i).map(S::to_f64);
+        Some(Solid::Ball { center: DVec3::new(x, y, z), radius })
     }
 
     /// From the rounded columns, grown by the roundings of the sums here.

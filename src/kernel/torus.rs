@@ -2,7 +2,7 @@
 
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic};
-use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, gather, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, first_beyond, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -457,6 +457,11 @@ impl<S: Scalar> Block<S> for Tori<S> {
             normal: narrowed(frame.normal(normal)),
             ..Default::default()
         }
+    }
+
+    /// Unless it overlaps itself: then there is an inner sheet.
+    fn solid(&self, i: usize) -> Option<Solid> {
+        (self.major[i] >= self.minor[i]).then_some(Solid::Other)
     }
 
     /// Around the ring's disc swept by the tube: as the union of the two discs that bound it along its axis.

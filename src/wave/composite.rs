@@ -3,9 +3,9 @@
 use super::query::Query;
 use crate::bvh::Run;
 use crate::compile::{Compiled, SurfaceId, WithBlock};
-use crate::csg::{Best, PartRoots, Scratch, Stretch};
+use crate::csg::{Best, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Rays};
-use crate::lane::{LANES, Lane, Mask, Scalar, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
 /// Tests a run of composites.
 pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
@@ -17,7 +17,6 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
 ) -> u8 {
     // Constructive geometry is done in double precision in every mode.
     let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
-    let stretch = stretch.get_or_insert_with(|| Stretch::new(&rays, query.lanes));
     let t_min = query.t_min.to_f64s();
     let mut best = Best {
         t: query.t.to_f64s(),
@@ -33,7 +32,7 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
         let source = Parts { scene, left: query.left, part: query.part, starts };
         changed |= scene.csg.nearest(
             composite,
-            (&rays, stretch),
+            (&rays, stretch, query.lanes),
             (waiting, t_min, ANY),
             &source,
             scratch,
@@ -65,18 +64,34 @@ pub struct Parts<'a, S: Scalar, B: Scalar> {
 impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     #[inline]
     fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8) {
-        let surface = self.scene.first_part + part;
-        let mut on = 0u8;
-        if self.starts {
-            for (k, left) in self.left.iter().enumerate() {
-                on |= u8::from(*left == surface) << k;
-            }
-        }
+        self.ask(part, rays, out, true)
+    }
+
+    #[inline]
+    fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) {
+        self.ask(part, rays, out, false);
+    }
+
+    #[inline(always)]
+    fn starts(&self) -> bool {
+        self.starts
+    }
+
+    #[inline(always)]
+    fn on(&self, part: u32) -> u8 {
+        equal_lanes(&self.left, self.scene.first_part + part)
+    }
+}
+
+impl<S: Scalar, B: Scalar> Parts<'_, S, B> {
+    /// A part's crossings, with all else that is to be known of it if it is to be `full`.
+    #[inline]
+    fn ask(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>, full: bool) -> (usize, u8) {
+        let on = if self.starts { self.on(part) } else { 0 };
         let left = Left { on: Mask::from_bits(on), part: self.part };
-        let part = &self.scene.csg.parts[part as usize];
-        self.scene
-            .parts
-            .with(part.kind, RootsOf { row: part.row as usize, rays, left: (on != 0).then_some(&left), out })
+        let Part { kind, row, whole_skin, .. } = self.scene.csg.parts[part as usize];
+        let (left, boundary) = ((on != 0).then_some(&left), full && !whole_skin);
+        self.scene.parts.with(kind, RootsOf { row: row as usize, rays, left, boundary, full, out })
     }
 }
 
@@ -84,6 +99,10 @@ struct RootsOf<'a> {
     row: usize,
     rays: &'a Rays<f64x8>,
     left: Option<&'a Left<f64x8>>,
+    /// That of the boundary is wanted, where it is not the surface.
+    boundary: bool,
+    /// And where the rays come from.
+    full: bool,
     out: &'a mut Vec<f64x8>,
 }
 
@@ -92,13 +111,13 @@ impl WithBlock<f64> for RootsOf<'_> {
 
     #[inline(always)]
     fn block<K: Block<f64>>(self, block: &K) -> (usize, u8) {
-        let Self { row, rays, left, out } = self;
+        let Self { row, rays, left, boundary, full, out } = self;
         let before = out.len();
         out.extend_from_slice(block.roots(row, rays, left).as_ref());
         let surface = out.len() - before;
-        if K::SKIN_IS_PARTIAL {
+        if K::SKIN_IS_PARTIAL && boundary {
             out.extend_from_slice(block.boundary(row, rays, left).as_ref());
         }
-        (surface, block.starts_inside(row, rays).bits())
+        (surface, if full { block.starts_inside(row, rays).bits() } else { 0 })
     }
 }

@@ -1,0 +1,377 @@
+//! Where eight rays are within a convex body, bracketed in single precision: by crossings of the body grown a little and
+//! of the body shrunk a little.
+//!
+//! Rays come in by their points nearest to a middle, so that every coordinate is about the size of what is there; what
+//! the shapes are grown and shrunk by is several times what rounding can move a ray or a shape by. So a place outside of
+//! the grown body is outside, one within the shrunk body is inside, and the true crossings lie between the two.
+
+use crate::kernel::{OwnSpace, Rays, Solid};
+use crate::lane::{Lane, Scalar, Vec3, f32x8, f64x8};
+use glam::DVec3;
+
+/// What bodies are grown and shrunk by, of the largest coordinates (in own space) of rays and body: the start, the direction, the
+/// map and the shape are each rounded once, sums and products some ten times more, in three axes.
+const GROWTH: f64 = 64.0 * f32::UNIT_ROUNDOFF;
+
+/// Bodies that are thinner than this, in shares of what they are grown by, are not bracketed, nor those that are so far off that
+/// the composite is: too much would be in doubt.
+const LEAST_SIZE: f64 = 64.0;
+
+/// Directions whose share across a cylinder's axis is less (squared) run along it: on the way through they move by less than
+/// a rounding.
+const ALONG_AXIS: f64 = 1e-15;
+
+/// In place of the inverse of nothing: larger than any square that matters, and finite when multiplied with one.
+const ENDLESS: f64 = 1e30;
+
+/// Crossings from single precision are compared to those from double with so much room, of the size of the composite.
+pub(super) const PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
+
+/// Where rays come in and go out; infinity and its opposite where they do not.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Bracket {
+    /// Of the grown body.
+    pub(super) outer: [f32x8; 2],
+    /// Of the shrunk one.
+    pub(super) inner: [f32x8; 2],
+}
+
+/// A convex body in single precision, relative to a middle; of each pair the first is grown, the second shrunk.
+#[derive(Debug, Clone, Copy, Default)]
+pub enum Body {
+    /// Of a sphere centre and squares of the radius.
+    Ball([f32; 3], [f32; 2]),
+    /// The same in its own space.
+    Ellipsoid(Map, [f32; 2]),
+    /// Low and high corners.
+    Box([[f32; 3]; 2], [[f32; 3]; 2]),
+    /// The same in its own space.
+    OrientedBox(Map, [[f32; 3]; 2]),
+    /// Squares of the radius, and how far it goes beyond its ends.
+    Cylinder(Map, [f32; 2], [f32; 2]),
+    /// Normal and distance from the middle.
+    HalfSpace([f32; 3], [f32; 2]),
+    /// Not known in single precision: its crossings must be asked for.
+    #[default]
+    Asked,
+}
+
+/// The way to a body's own space.
+#[derive(Debug, Clone, Copy)]
+pub struct Map {
+    center: [f32; 3],
+    rows: [[f32; 3]; 3],
+}
+
+#[inline(always)]
+fn splat(v: [f32; 3]) -> Vec3<f32x8> {
+    Vec3::new(f32x8::splat(v[0]), f32x8::splat(v[1]), f32x8::splat(v[2]))
+}
+
+#[inline(always)]
+pub(super) fn dot(a: Vec3<f32x8>, b: Vec3<f32x8>) -> f32x8 {
+    a.x.fused(b.x, a.y.fused(b.y, a.z * b.z))
+}
+
+/// The smaller; the second where either is NaN.
+#[inline(always)]
+pub(super) fn least(a: f32x8, b: f32x8) -> f32x8 {
+    Lane::min(a, b)
+}
+
+/// The larger; the second where either is NaN.
+#[inline(always)]
+pub(super) fn most(a: f32x8, b: f32x8) -> f32x8 {
+    Lane::max(a, b)
+}
+
+#[inline(always)]
+fn along(o: Vec3<f32x8>, d: Vec3<f32x8>, t: f32x8) -> Vec3<f32x8> {
+    Vec3::new(d.x.fused(t, o.x), d.y.fused(t, o.y), d.z.fused(t, o.z))
+}
+
+impl Map {
+    fn new(space: &OwnSpace, middle: DVec3) -> Self {
+        let single = |v: DVec3| v.to_array().map(|x| x as f32);
+        Self { center: single(space.center - middle), rows: [0, 1, 2].map(|k| single(space.map.row(k))) }
+    }
+
+    #[inline(always)]
+    fn rays(&self, rays: &Rays<f32x8>) -> Rays<f32x8> {
+        let rows = self.rows.map(splat);
+        let apply = |v: Vec3<f32x8>| Vec3::new(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v));
+        Rays { origin: apply(rays.origin - splat(self.center)), dir: apply(rays.dir) }
+    }
+}
+
+impl Bracket {
+    #[inline(always)]
+    fn new(outer: [f32x8; 2], inner: [f32x8; 2]) -> Self {
+        let inf = f32x8::lit(f64::INFINITY);
+        let some = |[enter, leave]: [f32x8; 2]| {
+            let any = enter.le(leave); // False on NaN.
+            [any.select(enter, inf), any.select(leave, -inf)]
+        };
+        Self { outer: some(outer), inner: some(inner) }
+    }
+
+    /// Around the middle of a chord whose half has these squares.
+    #[inline(always)]
+    fn chord(middle: f32x8, squares: [f32x8; 2]) -> Self {
+        let [outer, inner] = squares.map(|square| {
+            let half = square.sqrt();
+            [middle - half, middle + half]
+        });
+        Self::new(outer, inner)
+    }
+
+    /// Between slabs: of the three axes [near, far] each.
+    #[inline(always)]
+    fn slabs(rays: &Rays<f32x8>, corners: [[Vec3<f32x8>; 2]; 2]) -> Self {
+        let Rays { origin: o, dir: d } = rays;
+        let inv = d.map(|d| f32x8::lit(1.0) / d);
+        // NaN comes of a ray in the plane of a grown or shrunk face, which is outside of the one, and in doubt for the other.
+        let [outer, inner] = corners.map(|[low, high]| {
+            let (low, high) = ((low - *o).mul(inv), (high - *o).mul(inv));
+            let near = most(most(least(low.x, high.x), least(low.y, high.y)), least(low.z, high.z));
+            let far = least(least(most(low.x, high.x), most(low.y, high.y)), most(low.z, high.z));
+            [near, far]
+        });
+        Self::new(outer, inner)
+    }
+
+    /// From crossings in double precision, `shift` further on than here, rising, NaN last; what has four is not convex, and
+    /// all is in doubt from first to last.
+    pub(super) fn of_crossings(crossings: &[f64x8], shift: f64x8, pad: f32x8) -> Self {
+        let (none, inf) = (f64x8::lit(f64::NAN), f32x8::lit(f64::INFINITY));
+        let at = |k: usize| crossings.get(k).copied().unwrap_or(none);
+        let mut last = at(1);
+        for &t in crossings.iter().skip(2) {
+            last = t.equal(t).select(t, last);
+        }
+        let here = |t: f64x8| f32x8::from_f64s(t - shift);
+        let (enter, leave) = (here(at(0)), here(last));
+        let room = |t: f32x8| t.abs() * f32x8::lit(PAD) + pad;
+        let outer = [enter - room(enter), leave + room(leave)];
+        let several = at(2).equal(at(2)).cast();
+        let inner = [several.select(inf, enter + room(enter)), leave - room(leave)];
+        Self::new(outer, inner)
+    }
+}
+
+impl Body {
+    /// As rays see it that start within `size` of `middle`.
+    pub fn new(solid: &Solid, middle: DVec3, size: f64) -> Self {
+        // What it is grown by in its own space, if that is little beside `least`.
+        let growth = |center: DVec3, scale: f64, least: f64| {
+            let reach = (center - middle).abs().max_element() + size;
+            let by = GROWTH * scale * reach;
+            (by * LEAST_SIZE <= least && GROWTH * LEAST_SIZE * reach <= size).then_some(by)
+        };
+        let scale =
+            |space: &OwnSpace| (0..3).map(|k| space.map.row(k).abs().element_sum()).fold(0.0, f64::max);
+        let squares = |radius: f64, by: f64| [radius + by, radius - by].map(|r| (r * r) as f32);
+        let single = |v: DVec3| v.to_array().map(|x| x as f32);
+        let grown = match solid {
+            Solid::Ball { center, radius } => growth(*center, 1.0, *radius)
+                .map(|by| Self::Ball(single(*center - middle), squares(*radius, by))),
+            Solid::Ellipsoid(space) => growth(space.center, scale(space), 1.0)
+                .map(|by| Self::Ellipsoid(Map::new(space, middle), squares(1.0, by))),
+            Solid::Box { min, max } => {
+                let reach = (*min - middle).abs().max((*max - middle).abs()) + middle;
+                growth(reach, 1.0, (*max - *min).min_element()).map(|by| {
+                    let (low, high) = (*min - middle, *max - middle);
+                    Self::Box(
+                        [single(low - DVec3::splat(by)), single(high + DVec3::splat(by))],
+                        [single(low + DVec3::splat(by)), single(high - DVec3::splat(by))],
+                    )
+                })
+            }
+            Solid::OrientedBox(space, half) => {
+                growth(space.center, scale(space), half.min_element()).map(|by| {
+                    let by = by + half.max_element() * GROWTH;
+                    let half = [*half + DVec3::splat(by), *half - DVec3::splat(by)];
+                    Self::OrientedBox(Map::new(space, middle), half.map(single))
+                })
+            }
+            Solid::Cylinder(space) => growth(space.center, scale(space), 1.0)
+                .map(|by| Self::Cylinder(Map::new(space, middle), squares(1.0, by), [by as f32, -by as f32])),
+            Solid::HalfSpace { normal, foot } => {
+                let at = normal.dot(*foot - middle);
+                let by = GROWTH * (at.abs() + size);
+                Some(Self::HalfSpace(single(*normal), [(at + by) as f32, (at - by) as f32]))
+            }
+            Solid::Other => None,
+        };
+        grown.unwrap_or(Self::Asked)
+    }
+
+    /// Where it is along eight rays; `None` if its crossings must be asked for.
+    #[inline(always)]
+    pub(super) fn bracket(&self, rays: &Rays<f32x8>) -> Option<Bracket> {
+        let Rays { origin, dir } = *rays;
+        Some(match self {
+            Self::Ball(center, squares) => {
+                let toward = splat(*center) - origin;
+                let middle = dot(toward, dir);
+                let across = along(toward, dir, -middle);
+                let square = dot(across, across);
+                Bracket::chord(middle, squares.map(|s| f32x8::splat(s) - square))
+            }
+            Self::Ellipsoid(map, squares) => {
+                let own = map.rays(rays);
+                let inv = f32x8::lit(1.0) / dot(own.dir, own.dir);
+                let middle = -dot(own.origin, own.dir) * inv;
+                let across = along(own.origin, own.dir, middle);
+                let square = dot(across, across);
+                Bracket::chord(middle, squares.map(|s| (f32x8::splat(s) - square) * inv))
+            }
+            Self::Box(grown, shrunk) => Bracket::slabs(rays, [grown.map(splat), shrunk.map(splat)]),
+            Self::OrientedBox(map, half) => {
+                let corners = half.map(|half| [-splat(half), splat(half)]);
+                Bracket::slabs(&map.rays(rays), corners)
+            }
+            Self::Cylinder(map, squares, ends) => Self::cylinder(&map.rays(rays), squares, ends),
+            Self::HalfSpace(normal, ats) => {
+                let (normal, zero, inf) = (splat(*normal), f32x8::zero(), f32x8::lit(f64::INFINITY));
+                let (start, climb) = (dot(normal, origin), dot(normal, dir) + zero);
+                let down = climb.lt(zero);
+                let [outer, inner] = ats.map(|at| {
+                    let t = (f32x8::splat(at) - start) / climb;
+                    [down.select(t, -inf), down.select(inf, t)]
+                });
+                Bracket::new(outer, inner)
+            }
+            Self::Asked => return None,
+        })
+    }
+
+    #[inline(always)]
+    fn cylinder(own: &Rays<f32x8>, squares: &[f32; 2], ends: &[f32; 2]) -> Bracket {
+        let Rays { origin: o, dir: d } = *own;
+        let flat = d.x.fused(d.x, d.y * d.y);
+        let slanted = flat.gt(dot(d, d) * f32x8::lit(ALONG_AXIS));
+        let inv = slanted.select(f32x8::lit(1.0) / flat, f32x8::lit(ENDLESS));
+        let middle = slanted.keep(-o.x.fused(d.x, o.y * d.y) * inv);
+        let (x, y) = (d.x.fused(middle, o.x), d.y.fused(middle, o.y));
+        let square = x.fused(x, y * y);
+        let climb = f32x8::lit(1.0) / d.z;
+        let bracket = |k: usize| {
+            let half = ((f32x8::splat(squares[k]) - square) * inv).sqrt();
+            let end = f32x8::splat(ends[k]);
+            let (low, high) = ((-end - o.z) * climb, (f32x8::lit(1.0) + end - o.z) * climb);
+            // NaN of a ray that misses the side comes last, and stays.
+            [most(least(low, high), middle - half), least(most(low, high), middle + half)]
+        };
+        Bracket::new(bracket(0), bracket(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::{Block, Boxes, Cylinders, Ellipsoids, OrientedBoxes, Planes, Spheres};
+    use crate::lane::LANES;
+    use crate::scene::Transform;
+
+    /// Numbers from -1 to 1, always the same.
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn point(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    /// Crossings in double precision lie where the brackets say, and the brackets are narrow.
+    fn check<B: Block<f64>>(push: impl Fn(&mut B, &mut Numbers, &Transform)) {
+        let mut numbers = Numbers(1);
+        let (mut crossed, mut wide) = (0, 0);
+        for round in 0..400 {
+            let place = Transform::rotate(numbers.point() * 180.0)
+                .then(&Transform::scale(numbers.point() * 0.3 + DVec3::splat(0.5)))
+                .then(&Transform::rotate(numbers.point() * 180.0))
+                .then(&Transform::translate(numbers.point() + DVec3::splat(5.0)));
+            let mut block = B::default();
+            push(&mut block, &mut numbers, &place);
+            let solid = block.solid(0).expect("a body");
+            let (middle, size) = (DVec3::splat(5.0), 2.0);
+            let body = Body::new(&solid, middle, size);
+            let far = 10f64.powi(round % 4);
+            let rays: Vec<(DVec3, DVec3)> = (0..LANES)
+                .map(|lane| {
+                    let dir = match lane {
+                        0 => DVec3::X,
+                        1 => place.vector(DVec3::Y).normalize(),
+                        _ => numbers.point().normalize(),
+                    };
+                    (middle + numbers.point() - dir * far, dir)
+                })
+                .collect();
+            let rays = Rays::<f64x8> {
+                origin: Vec3::from_fn(|lane| rays[lane].0),
+                dir: Vec3::from_fn(|lane| rays[lane].1),
+            };
+            let from = rays.origin - Vec3::splat(middle);
+            let shift = -from.dot(rays.dir);
+            let own = Rays { origin: (from + rays.dir * shift).cast(), dir: rays.dir.cast() };
+            let bracket = body.bracket(&own).expect("a bracket");
+            let roots = block.roots(0, &rays, None);
+            let (inside, inf) = (block.starts_inside(0, &rays), f64x8::lit(f64::INFINITY));
+            let here = |t: f64x8| (t - shift).to_array();
+            // A half space is entered or left at no end of the ray.
+            let [enter, leave] = match *roots.as_ref() {
+                [t] => {
+                    let flat = !t.equal(t);
+                    let (t, none) = (t.min(inf), f64x8::lit(f64::NAN));
+                    [inside.select(-inf, flat.select(none, t)), inside.select(t, flat.select(none, inf))]
+                }
+                [enter, leave] => [enter, leave],
+                _ => unreachable!(),
+            };
+            let (enter, leave) = (here(enter), here(leave));
+            let ends = |k: usize, [a, b]: [f32x8; 2]| [a, b].map(|t| f64::from(t.to_array()[k]));
+            for k in 0..LANES {
+                let ([a, d], [b, c]) = (ends(k, bracket.outer), ends(k, bracket.inner));
+                let within = |t: f64| t.clamp(-size, size);
+                if enter[k].is_nan() {
+                    assert!(b > c, "{round} {k}: {b} {c} of a miss by {solid:?}");
+                } else {
+                    let [a, b, c, d] = [a, b, c, d].map(within);
+                    let [enter, leave] = [enter[k], leave[k]].map(within);
+                    assert!(a <= enter && leave <= d, "{round} {k}: {a} {enter} {leave} {d} of {solid:?}");
+                    assert!(b > c || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
+                    crossed += 1;
+                    wide += u32::from(b - a > 1e-3 || d - c > 1e-3);
+                }
+            }
+        }
+        assert!(crossed > 100 && wide * 20 < crossed, "{wide} of {crossed} are wide");
+    }
+
+    #[test]
+    fn crossings_are_within_their_brackets() {
+        check::<Spheres<f64>>(|block, n, place| {
+            block.push(place.point(DVec3::ZERO), 0.5 + 0.4 * n.next());
+        });
+        check::<Ellipsoids<f64>>(|block, _, place| block.push(place));
+        check::<Boxes<f64>>(|block, n, place| {
+            let half = DVec3::splat(0.5) + n.point() * 0.4;
+            let middle = place.point(DVec3::ZERO);
+            block.push(middle - half, middle + half);
+        });
+        check::<OrientedBoxes<f64>>(|block, n, place| {
+            let half = DVec3::splat(0.5) + n.point() * 0.4;
+            block.push(place, -half, half);
+        });
+        check::<Cylinders<f64>>(|block, n, place| {
+            block.push(place, (n.point() * 0.3, 0.4), (DVec3::Y * 0.8 + n.point() * 0.3, 0.4));
+        });
+        check::<Planes<f64>>(|block, n, place| block.push(place, n.point().normalize(), 0.2 * n.next()));
+    }
+}

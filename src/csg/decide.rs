@@ -1,0 +1,312 @@
+//! Which crossing of which part is the nearest surface of a composite: decided in single precision where that is beyond
+//! doubt, and only that crossing computed in double.
+//!
+//! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
+//! ([`super::plan::Clause`]). Lanes in which anything is near to anything else are left to the walk along all crossings.
+
+use super::along::{PartRoots, Scratch};
+use super::best::Best;
+use super::bracket::{Bracket, dot, least, most};
+use super::plan::Plan;
+use super::{Composite, CsgTree};
+use crate::kernel::Rays;
+use crate::lane::{LANES, Lane, Mask, Vec3, choose, f32x8, f64x8};
+use std::ops::Range;
+
+/// What came of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Decided {
+    /// Lanes whose best has changed.
+    pub changed: u8,
+    /// Lanes of which nothing is known.
+    pub doubt: u8,
+}
+
+/// Brackets of a composite's parts along eight rays; kept between calls so that nothing is allocated.
+#[derive(Debug, Default)]
+pub(super) struct Sketch {
+    /// By part.
+    brackets: Vec<Bracket>,
+    /// A bit for each part that rays may meet.
+    near: u64,
+    /// Crossings of parts that had to be asked,
+    crossings: Vec<f64x8>,
+    /// and whose they are.
+    asked: Vec<(u32, Range<usize>)>,
+}
+
+/// Eight rays from their points nearest to the middle of a composite.
+struct Lines {
+    rays: Rays<f32x8>,
+    /// How far those points are from the starts.
+    shift: f64x8,
+    /// What crossings may be off by.
+    pad: f32x8,
+}
+
+/// A crossing by its bracket: between two distances.
+#[derive(Clone, Copy)]
+struct Between(f32x8, f32x8);
+
+impl Between {
+    fn meets(self, from: f32x8, to: f32x8) -> Mask<f32x8> {
+        self.1.ge(from) & self.0.le(to)
+    }
+}
+
+impl Bracket {
+    /// Where rays come in and where they go out; all along where they may miss it.
+    #[inline(always)]
+    fn ends(&self) -> [Between; 2] {
+        let ([a, d], [b, c]) = (self.outer, self.inner);
+        [Between(a, least(b, d)), Between(most(c, a), d)]
+    }
+
+    /// Lanes in which a crossing is surely within, and surely without.
+    #[inline(always)]
+    fn sides(&self, at: Between) -> [Mask<f32x8>; 2] {
+        let ([a, d], [b, c]) = (self.outer, self.inner);
+        [b.le(at.0) & at.1.le(c), at.1.lt(a) | d.lt(at.0)]
+    }
+}
+
+/// The bits of a word.
+#[inline(always)]
+fn bits(mut word: u64) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let bit = word.trailing_zeros();
+        (word != 0).then(|| {
+            word &= word - 1;
+            bit
+        })
+    })
+}
+
+impl Sketch {
+    #[inline(always)]
+    fn of(&self, part: u32) -> &Bracket {
+        &self.brackets[part as usize]
+    }
+}
+
+impl CsgTree {
+    /// As [`CsgTree::nearest`], in the lanes where it can be told in single precision.
+    #[inline(always)]
+    pub(super) fn decide(
+        &self,
+        (composite, plan): (&Composite, &Plan),
+        rays: &Rays<f64x8>,
+        (lanes, t_min, any): (u8, f64x8, bool),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+        best: &mut Best,
+    ) -> Decided {
+        let first = composite.parts.start;
+        let from = rays.origin - Vec3::splat(plan.middle);
+        let shift = -from.dot(rays.dir);
+        let foot = (from + rays.dir * shift).cast::<f32x8>();
+        let pad = f32x8::splat(plan.pad);
+        let lines = Lines { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
+        let steady = (rays.origin.abs().max_element() + shift.abs()).le(f64x8::lit(plan.farthest));
+        let mut doubt = lanes & !steady.bits();
+        let mut live = lanes & !doubt;
+
+        // What is left of the rays: in the ball around all, between start and end, in what the whole lies within.
+        let start = f32x8::from_f64s(t_min - shift);
+        let end = f32x8::from_f64s(best.t - shift);
+        let chord = (f32x8::splat(plan.square) - dot(foot, foot)).sqrt(); // NaN outside
+        let mut low = most(start - pad, -chord);
+        let mut high = least(end + pad, chord);
+        live &= low.le(high).bits();
+        if live == 0 {
+            return Decided { changed: 0, doubt };
+        }
+        let sketch = &mut scratch.sketch;
+        sketch.brackets.resize(sketch.brackets.len().max(super::plan::MOST_PARTS), Bracket::default());
+        sketch.near = plan.required;
+        sketch.crossings.clear();
+        sketch.asked.clear();
+        for part in bits(plan.required) {
+            let [enter, leave] = self.bracket(first, part, rays, &lines, source, sketch).outer;
+            (low, high) = (most(low, enter), least(high, leave));
+            live &= low.le(high).bits();
+            if live == 0 {
+                return Decided { changed: 0, doubt };
+            }
+        }
+        for part in bits(plan.others) {
+            if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
+                let toward = Vec3::new(f32x8::splat(x), f32x8::splat(y), f32x8::splat(z)) - foot;
+                let ahead = dot(toward, lines.rays.dir);
+                let across = dot(toward, toward) - ahead * ahead;
+                if across.le(f32x8::splat(square)).bits() & live == 0 {
+                    continue;
+                }
+            }
+            let [enter, leave] = self.bracket(first, part, rays, &lines, source, sketch).outer;
+            if most(enter, low).le(least(leave, high)).bits() & live != 0 {
+                sketch.near |= 1 << part;
+            }
+        }
+
+        let inf = f32x8::lit(f64::INFINITY);
+        let beyond = start + pad;
+        let before_end = end - pad;
+        let (mut nearest, mut which, mut doubtful) = (Between(inf, inf), f32x8::zero(), inf);
+        let (mut changed, starts) = (0, source.starts());
+        for part in bits(sketch.near & plan.seen) {
+            let rule = &self.rules[(first + part) as usize];
+            if rule.all.within & !sketch.near != 0 {
+                continue;
+            }
+            let bracket = sketch.of(part);
+            let ends = bracket.ends();
+            let mut away = [!0; 2];
+            let on = if starts { source.on(first + part) & live } else { 0 };
+            if on != 0 {
+                // The crossing where they start is none, if it is clear which that is.
+                let reach = f32x8::from_f64s(-shift - t_min) - pad;
+                let [enters, leaves] = ends.map(|end| end.meets(reach, beyond).bits());
+                let unclear = on & !(enters ^ leaves);
+                doubt |= unclear;
+                live &= !unclear;
+                away = [!(on & enters), !(on & leaves)];
+            }
+            let sharp = bracket.inner[0].le(bracket.inner[1]);
+            for (end, away) in ends.into_iter().zip(away) {
+                let wanted = end.meets(low, least(high, nearest.1)) & Mask::from_bits(live & away);
+                if wanted.none() {
+                    continue;
+                }
+                let (sure, maybe) = self.is_surface(&rule.all, rule.clauses.clone(), sketch, end, wanted);
+                let mut sure = sure & sharp & beyond.lt(end.0);
+                if any {
+                    sure &= end.1.lt(before_end);
+                }
+                let vague = maybe & !sure;
+                doubtful = vague.select(least(doubtful, end.0), doubtful);
+                if any {
+                    let blocked = sure.bits();
+                    best.surface = choose(blocked, &[best.first_part + first + part; LANES], &best.surface);
+                    changed |= blocked;
+                    live &= !blocked;
+                    if live == 0 {
+                        return Decided { changed, doubt };
+                    }
+                    continue;
+                }
+                let closer = sure & end.1.lt(nearest.0);
+                let level = sure & !closer & end.0.le(nearest.1);
+                doubtful = level.select(least(doubtful, least(end.0, nearest.0)), doubtful);
+                nearest.0 = closer.select(end.0, nearest.0);
+                nearest.1 = closer.select(end.1, nearest.1);
+                which = closer.select(f32x8::lit(f64::from(part)), which);
+            }
+        }
+        let unsure = (doubtful.lt(inf) & doubtful.le(nearest.1)).bits() & live;
+        doubt |= unsure;
+        let mut found = nearest.1.lt(inf).bits() & live & !unsure;
+        while found != 0 {
+            let part = which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
+            let these = which.equal(f32x8::splat(part)).bits() & found;
+            found &= !these;
+            let number = first + part as u32;
+            let t = self.crossing(number, rays, nearest, &lines, source, sketch);
+            let known = t.equal(t).bits();
+            doubt |= these & !known;
+            let wanted = (t.gt(t_min) & t.le(best.t)).bits() & these & known;
+            changed |= best.take(number, t, wanted);
+        }
+        Decided { changed, doubt }
+    }
+
+    /// Brackets a part.
+    #[inline(always)]
+    fn bracket<'a>(
+        &self,
+        first: u32,
+        part: u32,
+        rays: &Rays<f64x8>,
+        lines: &Lines,
+        source: &impl PartRoots,
+        sketch: &'a mut Sketch,
+    ) -> &'a Bracket {
+        let bracket = self.rules[(first + part) as usize].body.bracket(&lines.rays).unwrap_or_else(|| {
+            let Sketch { crossings, asked, .. } = sketch;
+            let start = crossings.len();
+            source.crossings(first + part, rays, crossings);
+            asked.push((first + part, start..crossings.len()));
+            Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
+        });
+        let place = &mut sketch.brackets[part as usize];
+        *place = bracket;
+        place
+    }
+
+    /// Lanes in which a crossing is surely a surface, and in which it may be.
+    #[inline(always)]
+    fn is_surface(
+        &self,
+        all: &super::plan::Clause,
+        clauses: Range<u32>,
+        sketch: &Sketch,
+        at: Between,
+        wanted: Mask<f32x8>,
+    ) -> (Mask<f32x8>, Mask<f32x8>) {
+        let (mut sure, mut maybe) = (wanted, wanted);
+        for part in bits(all.without & sketch.near) {
+            let [within, without] = sketch.of(part).sides(at);
+            (sure, maybe) = (sure & without, maybe & !within);
+        }
+        for part in bits(all.within) {
+            let [within, without] = sketch.of(part).sides(at);
+            (sure, maybe) = (sure & within, maybe & !without);
+        }
+        for clause in &self.clauses[clauses.start as usize..clauses.end as usize] {
+            if maybe.none() {
+                break;
+            }
+            if clause.without & !sketch.near != 0 {
+                continue;
+            }
+            let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
+            for part in bits(clause.within & sketch.near) {
+                let [within, without] = sketch.of(part).sides(at);
+                (surely, perhaps) = (surely | within, perhaps | !without);
+            }
+            for part in bits(clause.without) {
+                let [within, without] = sketch.of(part).sides(at);
+                (surely, perhaps) = (surely | without, perhaps | !within);
+            }
+            (sure, maybe) = (sure & surely, maybe & perhaps);
+        }
+        (sure, maybe)
+    }
+
+    /// A part's crossing that is bracketed, in double precision; NaN where there is none.
+    #[inline(always)]
+    fn crossing(
+        &self,
+        number: u32,
+        rays: &Rays<f64x8>,
+        at: Between,
+        lines: &Lines,
+        source: &impl PartRoots,
+        sketch: &mut Sketch,
+    ) -> f64x8 {
+        let Sketch { crossings, asked, .. } = sketch;
+        let known = asked.iter().find(|(other, _)| *other == number).map(|(_, range)| range.clone());
+        let range = known.unwrap_or_else(|| {
+            let start = crossings.len();
+            source.crossings(number, rays, crossings);
+            start..crossings.len()
+        });
+        let mut t = f64x8::lit(f64::NAN);
+        for &crossing in &crossings[range] {
+            let here = f32x8::from_f64s(crossing - lines.shift);
+            let between = here.ge(at.0 - lines.pad) & here.le(at.1 + lines.pad);
+            t = between.cast().select(crossing, t);
+        }
+        t
+    }
+}
