@@ -52,6 +52,16 @@ pub struct Rays<L> {
     pub dir: Vec3<L>,
 }
 
+impl<L: Lane> Rays<L> {
+    /// Becomes rays from `origin` along `dir`: number by number, as a copy of the whole is a call that takes longer.
+    #[inline(always)]
+    pub fn set(&mut self, origin: &Vec3<L>, dir: &Vec3<L>) {
+        let Self { origin: from, dir: along } = self;
+        (from.x, from.y, from.z) = (origin.x, origin.y, origin.z);
+        (along.x, along.y, along.z) = (dir.x, dir.y, dir.z);
+    }
+}
+
 /// Where eight rays look for a crossing.
 #[derive(Debug, Clone, Copy)]
 pub struct Looking<L> {

@@ -75,7 +75,7 @@ impl<L: Lane> Hit<L> {
     /// Lets rays leave the surface along `dir`.
     #[inline(always)]
     pub fn leave(&self, dir: Vec3<L>, lines: &mut Lines<L>) {
-        lines.rays = Rays { origin: self.point, dir };
+        lines.rays.set(&self.point, &dir);
         lines.left = self.surface;
         lines.part = self.part;
     }

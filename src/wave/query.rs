@@ -47,7 +47,7 @@ impl<L: Lane> Query<L> {
         let reach =
             lines.rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
         let free = equal_lanes(&lines.left, NO_SURFACE);
-        self.rays = lines.rays;
+        self.rays.set(&lines.rays.origin, &lines.rays.dir);
         self.left = lines.left;
         self.part = lines.part;
         self.t_min = Mask::from_bits(free).select(L::zero(), reach);

@@ -17,19 +17,26 @@ pub struct Views<S: Scalar> {
 }
 
 impl<S: Scalar> Views<S> {
-    /// Of the rays of `queries`, if they are `wanted`.
+    /// Of no rays.
     #[inline(always)]
-    pub fn new(queries: &[Query<S::Lane>], wanted: bool) -> Self {
-        let (by_packet, lines) = (SmallVec::new(), SmallVec::new());
-        let mut views = Self { by_packet, lines, center: Center::default(), none: View::default() };
-        if let (true, Some(first)) = (wanted, queries.first()) {
-            views.center = Center::at_start(&first.rays);
-            for query in queries {
-                views.by_packet.push(View::along(query.rays.dir));
-                views.lines.push(views.center.lines(&query.rays, query.lanes));
-            }
+    pub fn none() -> Self {
+        Self {
+            by_packet: SmallVec::new(),
+            lines: SmallVec::new(),
+            center: Center::default(),
+            none: View::default(),
         }
-        views
+    }
+
+    /// Becomes those of the rays of `queries`. (In place: views are large, and most scenes need none.)
+    #[inline(always)]
+    pub fn see(&mut self, queries: &[Query<S::Lane>]) {
+        let Some(first) = queries.first() else { return };
+        self.center = Center::at_start(&first.rays);
+        for query in queries {
+            self.by_packet.push(View::along(query.rays.dir));
+            self.lines.push(self.center.lines(&query.rays, query.lanes));
+        }
     }
 
     /// Of packet number `k`.

@@ -236,15 +236,18 @@ impl<L: Lane> Lamp<L> {
             bright &= !Mask::from_bits(known.blocked);
             free = known.free;
         }
-        let lamp = Self {
+        if bright.none() {
+            return None;
+        }
+        // Made in place: a lamp is large.
+        Some(Self {
             shadowless: light.shadowless,
             incidence,
             cos,
             front: bright & front,
             back: bright & !front,
             free,
-        };
-        bright.any().then_some(lamp)
+        })
     }
 }
 

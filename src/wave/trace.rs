@@ -89,7 +89,10 @@ impl<B: Scalar> Tracer<B> {
         let Self { stack, packets, scratch, stretches, traversal, .. } = self;
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
-        let views = Views::new(queries, scene.has_triangles());
+        let mut views = Views::none();
+        if scene.has_triangles() {
+            views.see(queries);
+        }
         let mut leaves = Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (scratch, stretches));
         if let (true, Some(run)) = (ANY, *suspect) {
             let mut met = 0;
