@@ -6,13 +6,16 @@ mod binary;
 mod build;
 mod collapse;
 mod emit;
+mod group;
 mod items;
 mod node;
 mod occupancy;
 mod packet;
 mod part;
 mod reinsert;
+mod single;
 mod small;
+mod stack;
 mod walk;
 
 #[cfg(test)]
@@ -23,4 +26,5 @@ pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;
-pub use walk::{Stack, Traversal, Visit, bits, walk};
+pub use stack::{Stack, bits};
+pub use walk::{Traversal, Visit, walk};

@@ -4,7 +4,8 @@
 //! back. Here rays may go any way.
 
 use super::packet::Packet;
-use super::walk::{Visit, bits};
+use super::stack::bits;
+use super::walk::Visit;
 use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar};
 

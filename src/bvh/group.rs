@@ -1,0 +1,222 @@
+//! Packets of one octant through the tree: several held together, or one by itself.
+//!
+//! A group is held against all eight children of a node by one interval test (Boulos, Wald, Shirley 2006, Geometric
+//! and arithmetic culling methods for entire ray packets). It tells what no ray of the group meets, and what all of
+//! them meet; only in between are packets tested one by one. Where few rays of a single packet are left they go on
+//! singly.
+
+use super::packet::{Bounds, Crossing, Frame, Interval, Packet, Units};
+use super::single::walk_single;
+use super::stack::{Entry, Order, Sides, bits};
+use super::walk::Visit;
+use super::{Bvh, Child, Node};
+use crate::lane::{LANES, Lane, Mask, Scalar, highest};
+
+/// Packets that share an octant, and how they are looked at.
+pub(super) struct Group<'a, B: Scalar> {
+    pub bvh: &'a Bvh<B>,
+    pub frame: Frame,
+    pub octant: u8,
+    pub bounds: &'a Bounds<B>,
+    /// How far off the frame's starts may be.
+    pub pad: B,
+    pub least_lanes: u32,
+    pub packets: u8,
+}
+
+/// `LOOSE` bounds of packets only tell some boxes that are missed: rays are asked too.
+pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
+    how: &Group<B>,
+    packets: &mut [Packet<B>],
+    stack: &mut [Entry<B>],
+    visit: &mut impl Visit<B>,
+) {
+    let &Group { bvh, frame, octant, bounds, .. } = how;
+    let sides = Sides::of(octant);
+    let (soon, late) = bounds.around(how.packets).ends(octant);
+    let (culls, units) = (Culls { soon, late }, bounds.units(octant));
+    let mut fars = B::Lane::lit(-1.0); // The farthest that any ray of a packet looks, a lane a packet.
+    for k in bits(how.packets) {
+        fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
+    }
+    let mut farthest = highest(fars);
+    stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let entry = stack[top];
+        // Packets that have found something nearer since the entry was made drop out.
+        let who = entry.who & B::Lane::splat(entry.near).le(fars).bits();
+        if who == 0 {
+            continue;
+        }
+        if entry.child.is_leaf() {
+            let mut changed = 0;
+            bvh.for_each_run(entry.child, |run| {
+                if visit.wants(run.class) {
+                    changed |= visit.packets(run, who, packets);
+                }
+            });
+            if changed != 0 {
+                for k in bits(changed) {
+                    fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
+                }
+                farthest = highest(fars);
+            }
+            continue;
+        }
+        if who & (who - 1) == 0 {
+            // One packet is left: its rays are held against boxes from here on.
+            let k = who.trailing_zeros() as usize & (LANES - 1);
+            let start = Entry { who: packets[k].live(), ..entry };
+            let (interval, pad, least_lanes) = (bounds.lane(k), how.pad, how.least_lanes);
+            let how = OnePacket { bvh, number: k, frame, octant, interval, pad, least_lanes };
+            walk_packet(&how, packets, start, &mut stack[top..], visit);
+            fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
+            farthest = highest(fars);
+            continue;
+        }
+        let node = &bvh.nodes[entry.child.index()];
+        let looking = (&units, fars, farthest);
+        expand::<B, LOOSE>(node, who, &sides, &culls, looking, packets, (stack, &mut top), visit);
+    }
+}
+
+/// One packet, and how it is looked at.
+pub(super) struct OnePacket<'a, B: Scalar> {
+    pub bvh: &'a Bvh<B>,
+    pub number: usize,
+    pub frame: Frame,
+    pub octant: u8,
+    pub interval: Interval<B>,
+    pub pad: B,
+    pub least_lanes: u32,
+}
+
+/// Some rays of one packet that share an octant.
+pub(super) fn walk_packet<B: Scalar>(
+    how: &OnePacket<B>,
+    packets: &mut [Packet<B>],
+    start: Entry<B>,
+    stack: &mut [Entry<B>],
+    visit: &mut impl Visit<B>,
+) {
+    let &OnePacket { bvh, number, frame, octant, .. } = how;
+    let sides = Sides::of(octant);
+    let (soon, late) = how.interval.ends(octant);
+    let (culls, units) = (Culls { soon, late }, packets[number].units(frame, octant, how.pad));
+    let mut far = packets[number].far_in(frame);
+    let mut farthest = highest(far);
+    stack[0] = start;
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let entry = stack[top];
+        let lanes = entry.who & B::Lane::splat(entry.near).le(far).bits();
+        if lanes == 0 {
+            continue;
+        }
+        if lanes.count_ones() < how.least_lanes {
+            for lane in bits(lanes) {
+                walk_single(bvh, &mut packets[number], number, lane, entry.child, &mut stack[top..], visit);
+            }
+            far = packets[number].far_in(frame);
+            farthest = highest(far);
+            continue;
+        }
+        if entry.child.is_leaf() {
+            let mut changed = 0;
+            bvh.for_each_run(entry.child, |run| {
+                if visit.wants(run.class) {
+                    changed |= visit.packets(run, 1 << number, packets);
+                }
+            });
+            if changed != 0 {
+                far = packets[number].far_in(frame);
+                farthest = highest(far);
+            }
+            continue;
+        }
+        let node = &bvh.nodes[entry.child.index()];
+        let looking = (&units, far, farthest);
+        expand::<B, false>(node, lanes, &sides, &culls, looking, packets, (stack, &mut top), visit);
+    }
+}
+
+/// Puts the children of a node on the stack that units of `who` may meet, the farthest first. `LOOSE` units
+/// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked.
+#[inline(always)]
+fn expand<B: Scalar, const LOOSE: bool>(
+    node: &Node<B>,
+    who: u8,
+    sides: &Sides,
+    culls: &Culls<B>,
+    (units, fars, farthest): (&Units<B>, B::Lane, B),
+    packets: &[Packet<B>],
+    (stack, top): (&mut [Entry<B>], &mut usize),
+    visit: &mut impl Visit<B>,
+) {
+    visit.boxes(node.children());
+    // All eight children against the bounds of the whole group.
+    let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
+    for axis in 0..3 {
+        let ((inverse, offset), (late_inverse, late_offset)) = (culls.soon[axis], culls.late[axis]);
+        t_in = sides.near(node, axis).fused(inverse, offset).max(t_in);
+        t_out = sides.far(node, axis).fused(late_inverse, late_offset).min(t_out);
+    }
+    let mut children = t_in.le(t_out).bits();
+    let (t_in, mut order) = (t_in.to_array(), Order::default());
+    let mut met_by = [0u8; LANES];
+    while children != 0 {
+        let c = children.trailing_zeros() as usize & (LANES - 1);
+        children &= children - 1;
+        let near = sides.near.map(|k| B::Lane::splat(node.planes[k][c]));
+        let far = sides.far.map(|k| B::Lane::splat(node.planes[k][c]));
+        let (mut enter, mut leave) = (B::Lane::zero(), fars);
+        let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
+        for axis in 0..3 {
+            let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
+            enter = near[axis].fused(inverse, offset).max(enter);
+            leave = far[axis].fused(late_inverse, late_offset).min(leave);
+            if LOOSE {
+                sure_in = near[axis].fused(late_inverse, late_offset).max(sure_in);
+                sure_out = far[axis].fused(inverse, offset).min(sure_out);
+            }
+        }
+        visit.boxes(who.count_ones());
+        let mut met = enter.le(leave).bits() & who;
+        if LOOSE {
+            for k in bits(met & !sure_in.le(sure_out).bits()) {
+                let packet = &packets[k];
+                let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
+                for axis in 0..3 {
+                    let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
+                    enter = near[axis].fused(inverse, offset).max(enter);
+                    leave = far[axis].fused(inverse, offset).min(leave);
+                }
+                visit.boxes(packet.live().count_ones());
+                met &= !(u8::from(enter.le(leave).bits() == 0) << k);
+            }
+        }
+        if met != 0 {
+            met_by[c] = met;
+            order.insert(t_in[c], c);
+        }
+    }
+    for c in order.farthest_first() {
+        stack[*top] = Entry { near: t_in[c], child: node.child[c], who: met_by[c] };
+        *top += 1;
+    }
+}
+
+/// A group's bounds against eight boxes.
+struct Culls<B: Scalar> {
+    soon: [Crossing<B::Lane>; 3],
+    late: [Crossing<B::Lane>; 3],
+}
+
+/// `x` with `value` in lane `k`, without a way through memory.
+#[inline(always)]
+fn with_lane<L: Lane>(x: L, k: usize, value: L::Scalar) -> L {
+    Mask::<L>::from_bits(1 << k).select(L::splat(value), x)
+}

@@ -1,0 +1,107 @@
+//! One ray against eight boxes at a time.
+
+use super::packet::Packet;
+use super::stack::{Entry, Order, Sides, bits};
+use super::walk::Visit;
+use super::{Bvh, Child};
+use crate::lane::{LANES, Lane, Scalar};
+
+/// Lanes of a packet one by one.
+pub(super) fn walk_lanes<B: Scalar>(
+    bvh: &Bvh<B>,
+    packets: &mut [Packet<B>],
+    number: usize,
+    lanes: u8,
+    stack: &mut [Entry<B>],
+    visit: &mut impl Visit<B>,
+) {
+    for lane in bits(lanes) {
+        walk_single(bvh, &mut packets[number], number, lane, Child::ROOT, stack, visit);
+    }
+}
+
+/// One ray against eight boxes at a time, from `start` down.
+pub(super) fn walk_single<B: Scalar>(
+    bvh: &Bvh<B>,
+    packet: &mut Packet<B>,
+    number: usize,
+    lane: usize,
+    start: Child,
+    stack: &mut [Entry<B>],
+    visit: &mut impl Visit<B>,
+) {
+    let inverse = packet.inverse.map(|i| B::Lane::splat(i.lanes()[lane]));
+    let offset = packet.offset.map(|o| B::Lane::splat(o.lanes()[lane]));
+    let octant =
+        (0..3).fold(0u8, |o, axis| o | u8::from(packet.inverse[axis].lanes()[lane] < B::default()) << axis);
+    let sides = Sides::of(octant);
+    let mut far = packet.far.lanes()[lane];
+    let mut child = start;
+    let mut top = 0;
+    'walk: loop {
+        if child.is_leaf() {
+            bvh.for_each_run(child, |run| {
+                if visit.wants(run.class) {
+                    far = visit.single(run, (number, lane), packet, far);
+                }
+            });
+        } else {
+            let node = &bvh.nodes[child.index()];
+            visit.boxes(node.children());
+            // Children lie on a cache line of their own: it is asked for now, not when it is known which of them is next.
+            // (The first is always there.)
+            if node.child[0] == Child::NONE {
+                break;
+            }
+            let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
+            for axis in 0..3 {
+                t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).max(t_in);
+                t_out = sides.far(node, axis).fused(inverse[axis], offset[axis]).min(t_out);
+            }
+            let mut met = t_in.le(t_out).bits();
+            if met != 0 {
+                let c = met.trailing_zeros() as usize & (LANES - 1);
+                met &= met - 1;
+                if met == 0 {
+                    child = node.child[c];
+                    continue;
+                }
+                let t_in = t_in.to_array();
+                let d = met.trailing_zeros() as usize & (LANES - 1);
+                met &= met - 1;
+                let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
+                if met == 0 {
+                    let (nearer, other) = if t_in[d] < t_in[c] { (d, c) } else { (c, d) };
+                    stack[top] = entry(other);
+                    top += 1;
+                    child = node.child[nearer];
+                    continue;
+                }
+                let mut order = Order::default();
+                order.insert(t_in[c], c);
+                order.insert(t_in[d], d);
+                for c in bits(met) {
+                    order.insert(t_in[c], c);
+                }
+                for c in order.farthest_first() {
+                    stack[top] = entry(c);
+                    top += 1;
+                }
+                top -= 1;
+                child = stack[top].child;
+                continue;
+            }
+        }
+        loop {
+            if top == 0 {
+                break 'walk;
+            }
+            top -= 1;
+            if stack[top].near <= far {
+                child = stack[top].child;
+                break;
+            }
+        }
+    }
+    packet.far.lanes_mut()[lane] = far;
+}

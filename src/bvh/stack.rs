@@ -1,0 +1,82 @@
+//! What a walk remembers of the nodes behind it, and in which order it takes a node's children.
+
+use super::{Child, Node};
+use crate::lane::{LANES, Lane, Scalar};
+
+/// What is still to be looked at; kept between walks so that nothing is allocated.
+#[derive(Debug, Default)]
+pub struct Stack<B: Scalar>(pub(super) Vec<Entry<B>>);
+
+/// A node or a leaf that waits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry<B> {
+    pub near: B,
+    pub child: Child,
+    /// The packets of a group, or the lanes of a packet, that may meet it.
+    pub who: u8,
+}
+
+/// Which planes of a node a ray meets first and last, by axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sides {
+    pub near: [usize; 3],
+    pub far: [usize; 3],
+}
+
+impl Sides {
+    #[inline(always)]
+    pub fn of(octant: u8) -> Self {
+        let near = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { axis + 3 } else { axis });
+        Self { near, far: near.map(|k| if k < 3 { k + 3 } else { k - 3 }) }
+    }
+
+    #[inline(always)]
+    pub fn near<B: Scalar>(&self, node: &Node<B>, axis: usize) -> B::Lane {
+        B::Lane::from_array(node.planes[self.near[axis]])
+    }
+
+    #[inline(always)]
+    pub fn far<B: Scalar>(&self, node: &Node<B>, axis: usize) -> B::Lane {
+        B::Lane::from_array(node.planes[self.far[axis]])
+    }
+}
+
+/// Children in the order of their nearest points. Entries are written to the stack once and in order: to move them
+/// about there costs a stall each, since a processor cannot yet read as a whole what it has just written in parts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Order {
+    /// Distance in the upper bits, child in the lowest.
+    keys: [u64; LANES],
+    len: usize,
+}
+
+impl Order {
+    #[inline(always)]
+    pub fn insert<B: Scalar>(&mut self, near: B, child: usize) {
+        let key = near.order_key() | child as u64;
+        let mut k = self.len;
+        while k > 0 && self.keys[(k - 1) & (LANES - 1)] < key {
+            self.keys[k & (LANES - 1)] = self.keys[(k - 1) & (LANES - 1)];
+            k -= 1;
+        }
+        self.keys[k & (LANES - 1)] = key;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    pub fn farthest_first(&self) -> impl Iterator<Item = usize> {
+        (0..self.len).map(|k| (self.keys[k & (LANES - 1)] & 7) as usize)
+    }
+}
+
+/// The set bits of a byte, lowest first.
+#[inline(always)]
+pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let k = mask.trailing_zeros() as usize & (LANES - 1);
+            mask &= mask - 1;
+            k
+        })
+    })
+}
