@@ -20,7 +20,7 @@ mod table;
 
 use octray::eval;
 use octray::film::Film;
-use octray::render::{Engine, Precision, RenderOptions, render};
+use octray::render::{Engine, LightBuffers, Precision, RenderOptions, Schedule, render};
 use octray::scene::Scene;
 
 /// Pixels per row of every picture here.
@@ -47,12 +47,16 @@ pub fn scene(text: &str) -> Scene {
 
 /// Renders it.
 pub fn picture(scene: &Scene, engine: Engine, precision: Precision, threads: usize) -> Film {
+    // Small pictures have no light buffers by themselves. Here they must stand the test too; `strict` traces every ray.
+    let light_buffers =
+        if precision == Precision::Strict { LightBuffers::Never } else { LightBuffers::Always };
     let options = RenderOptions {
         width: WIDTH,
         height: HEIGHT,
         threads,
         engine,
         precision,
+        schedule: Schedule { light_buffers, ..Schedule::default() },
         ..RenderOptions::default()
     };
     render(scene, &options, &|_| {}).unwrap().0
