@@ -8,7 +8,7 @@
 use super::packet::{Bounds, Crossing, Frame, Interval, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Order, Sides, bits};
-use super::walk::Visit;
+use super::visit::Visit;
 use super::{Bvh, Child, Node};
 use crate::lane::{LANES, Lane, Mask, Scalar, highest};
 

@@ -16,6 +16,7 @@ mod reinsert;
 mod single;
 mod small;
 mod stack;
+mod visit;
 mod walk;
 
 #[cfg(test)]
@@ -27,4 +28,5 @@ pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;
 pub use stack::{Stack, bits};
-pub use walk::{Traversal, Visit, walk};
+pub use visit::Visit;
+pub use walk::{Traversal, walk};

@@ -2,7 +2,7 @@
 
 use super::packet::Packet;
 use super::stack::{Entry, Order, Sides, bits};
-use super::walk::Visit;
+use super::visit::Visit;
 use super::{Bvh, Child};
 use crate::lane::{LANES, Lane, Scalar};
 

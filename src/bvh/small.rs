@@ -5,7 +5,7 @@
 
 use super::packet::Packet;
 use super::stack::bits;
-use super::walk::Visit;
+use super::visit::Visit;
 use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar};
 

@@ -9,23 +9,9 @@ use super::packet::{Bounds, Directions, Frame, Packet};
 use super::single::walk_lanes;
 use super::small::{MOST_NODES, walk_small};
 use super::stack::{Entry, Stack, bits};
-use super::{Bvh, Child, Run};
+use super::visit::Visit;
+use super::{Bvh, Child};
 use crate::lane::{LANES, Lane, Mask, Scalar};
-
-/// What the walk's owner does in leaves.
-pub trait Visit<B: Scalar> {
-    /// Tests the primitives of `run` against the packets whose bit is set in `which`, in the lanes that are live, and
-    /// shortens their `far` where a nearer hit was found (to a negative number where the ray is done). Returns a bit for
-    /// each packet that has changed.
-    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8;
-    /// Tests the primitives of `run` against the ray in lane `.1` of packet `.0`, whose state is given and which looks up
-    /// to `far`: the new `far`.
-    fn single(&mut self, run: &Run, ray: (usize, usize), state: &Packet<B>, far: B) -> B;
-    /// Eight lanes were held against boxes, so many of them with something to hold.
-    fn boxes(&mut self, lanes: u32);
-    /// False if no ray of the walk cares for runs of this class.
-    fn wants(&self, class: u8) -> bool;
-}
 
 /// How rays go through the tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
