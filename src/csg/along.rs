@@ -1,7 +1,7 @@
 //! What is known of a composite's parts along eight rays, and which places are inside of what.
 
-use super::cull::{NOT_NEAR, Side, Span, Stretch, bit_of, max_abs};
-use super::decide::Sketch;
+use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, bit_of, max_abs};
+use super::scratch::{PartRoots, Scratch};
 use super::{Composite, Constraint, CsgTree, NodeKind};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, f32x8, f64x8};
@@ -15,63 +15,6 @@ pub(super) const TIE: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 /// A part that is left within this share of the distance from which hits count, has no tie with any of them: the distance
 /// is twice a tie's or more.
 const LEFT_BEHIND: f64 = 0.25;
-
-/// What is known of a composite's parts along eight rays; kept between calls so that nothing is allocated.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    pub(super) crossings: Vec<f64x8>,
-    /// Parts that rays may meet.
-    pub(super) near: Vec<Near>,
-    /// By part of the composite: its place in `near`, or [`NOT_NEAR`].
-    places: Vec<u32>,
-    /// Places in `near`, with where an eighth of the rays comes to them.
-    pub(super) order: Vec<(f32, u32)>,
-    /// What is known of them in single precision.
-    pub(super) sketch: Sketch,
-}
-
-/// A part that rays may meet.
-#[derive(Debug, Clone)]
-pub(super) struct Near {
-    pub(super) number: u32,
-    /// What its bounds leave of the rays: beyond, all are outside of it and none crosses it. All along for what is not closed.
-    pub(super) span: Span,
-    /// Its crossings, once they have been asked for.
-    crossings: Option<PartCrossings>,
-}
-
-impl Near {
-    #[inline(always)]
-    pub(super) fn new(number: u32, span: Span) -> Self {
-        Self { number, span, crossings: None }
-    }
-}
-
-/// Stretches of [`Scratch::crossings`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PartCrossings {
-    /// Where the surface is crossed begins here,
-    pub(super) first: u32,
-    /// and ends here.
-    pub(super) surface_end: u32,
-    /// Where inside and outside change.
-    boundary: [u32; 2],
-    /// Lanes that come from inside, infinitely far behind the start.
-    from_inside: u8,
-}
-
-/// What parts do along eight rays.
-pub trait PartRoots {
-    /// Surface crossings and boundary crossings (both into the list given, surface first; no boundary crossings: the same),
-    /// how many are surface, and the lanes that are inside at minus infinity.
-    fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8);
-    /// The surface crossings only.
-    fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>);
-    /// True if some of the rays start on a part.
-    fn starts(&self) -> bool;
-    /// The lanes that start on a part.
-    fn on(&self, part: u32) -> u8;
-}
 
 /// The two sides of a place on a ray: a bit per lane for "inside just before" and "inside just after".
 #[derive(Debug, Clone, Copy)]

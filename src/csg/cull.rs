@@ -1,6 +1,5 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::along::Near;
 use super::{Composite, CsgNode, CsgTree, NodeKind};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
@@ -192,6 +191,36 @@ impl Stretch {
         let pad = f32x8::lit(DISTANCE_PAD);
         Span { enter: near - near.abs() * pad, leave: far + (far.abs() * pad + self.slack) }
     }
+}
+
+/// A part that rays may meet.
+#[derive(Debug, Clone)]
+pub(super) struct Near {
+    pub(super) number: u32,
+    /// What its bounds leave of the rays: beyond, all are outside of it and none crosses it. All along for what is not closed.
+    pub(super) span: Span,
+    /// Its crossings, once they have been asked for.
+    pub(super) crossings: Option<PartCrossings>,
+}
+
+impl Near {
+    #[inline(always)]
+    pub(super) fn new(number: u32, span: Span) -> Self {
+        Self { number, span, crossings: None }
+    }
+}
+
+/// Stretches of the list that crossings are kept in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PartCrossings {
+    /// Where the surface is crossed begins here,
+    pub(super) first: u32,
+    /// and ends here.
+    pub(super) surface_end: u32,
+    /// Where inside and outside change.
+    pub(super) boundary: [u32; 2],
+    /// Lanes that come from inside, infinitely far behind the start.
+    pub(super) from_inside: u8,
 }
 
 impl CsgTree {

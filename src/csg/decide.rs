@@ -4,10 +4,10 @@
 //! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
 //! ([`super::plan::Clause`]). Lanes in which anything is near to anything else are left to the walk along all crossings.
 
-use super::along::{PartRoots, Scratch};
 use super::best::Best;
 use super::bracket::{Bracket, dot, least, most};
 use super::plan::Plan;
+use super::scratch::{PartRoots, Scratch, Sketch};
 use super::{Composite, CsgTree};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Vec3, choose, f32x8, f64x8};
@@ -20,19 +20,6 @@ pub(super) struct Decided {
     pub changed: u8,
     /// Lanes of which nothing is known.
     pub doubt: u8,
-}
-
-/// Brackets of a composite's parts along eight rays; kept between calls so that nothing is allocated.
-#[derive(Debug, Default)]
-pub(super) struct Sketch {
-    /// By part.
-    brackets: Vec<Bracket>,
-    /// A bit for each part that rays may meet.
-    near: u64,
-    /// Crossings of parts that had to be asked,
-    crossings: Vec<f64x8>,
-    /// and whose they are.
-    asked: Vec<(u32, Range<usize>)>,
 }
 
 /// Eight rays from their points nearest to the middle of a composite.

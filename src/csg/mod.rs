@@ -18,10 +18,11 @@ mod decide;
 mod nearest;
 mod node;
 mod plan;
+mod scratch;
 
-pub use along::{PartRoots, Scratch};
 pub use best::Best;
 pub use bracket::Body;
 pub use cull::{BoundsBlock, Side, Stretch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 pub use plan::{Clause, Plan, Rule};
+pub use scratch::{PartRoots, Scratch};

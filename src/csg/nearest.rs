@@ -1,9 +1,10 @@
 //! The nearest surface of a composite along eight rays.
 
-use super::along::{Near, PartCrossings, PartRoots, Place, Scratch, TIE};
+use super::along::{Place, TIE};
 use super::best::Best;
-use super::cull::{Span, Stretch};
+use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
+use super::scratch::{PartRoots, Scratch};
 use super::{Composite, CsgTree};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
