@@ -19,6 +19,7 @@ mod shade;
 mod shadow;
 mod stream;
 mod sums;
+mod surround;
 mod tile;
 mod trace;
 
@@ -31,12 +32,13 @@ use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
-pub use light_buffer::LightBuffers;
 use query::{GROUP, Query};
 use queue::Lines;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
+pub use surround::LightBuffers;
+use surround::surround;
 use tile::TileWorker;
 use trace::Tracer;
 
@@ -68,7 +70,7 @@ pub fn render<S: Scalar, B: Scalar>(
     progress: &(dyn Fn(usize, &RayCounts) + Sync),
 ) -> (Film, RayCounts, Occupancy) {
     let mut lights = LightProgram::all(&scene.lights, scene.origin);
-    light_buffer::surround(scene, &mut lights, schedule.light_buffers, width * height);
+    surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let tile = schedule.tile.max(1);
     let tiles: Vec<TileArea> = (0..height)

@@ -49,7 +49,7 @@ const FEWEST: usize = 64;
 
 /// Whether most casters are convex solids, and many, but no more than pixels. (Points on others are mostly in doubt: what they
 /// lie on, or its next piece, is near.)
-pub(super) fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize) -> bool {
+pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize) -> bool {
     let (mut all, mut convex) = (scene.csg.composites.len(), 0);
     for &kind in Kind::ALL {
         let rows = scene.columns.len(kind);

@@ -9,12 +9,13 @@
 mod casters;
 mod raster;
 
-use super::light::LightProgram;
-use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+pub use casters::{Casters, are_worth_it};
+pub use raster::fill;
+
+use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, equal_lanes};
-use casters::{Casters, Region};
+use casters::Region;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
 #[derive(Debug, Clone, Copy)]
@@ -73,48 +74,6 @@ pub struct Known {
     pub free: u8,
     /// Lanes that no light reaches.
     pub blocked: u8,
-}
-
-/// Whether lights have buffers. The picture is the same but for the order in which light is summed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum LightBuffers {
-    /// Where they save more than they cost.
-    #[default]
-    Auto,
-    /// All lights to whose place shadow rays go.
-    Always,
-    /// None.
-    Never,
-}
-
-/// Pixels to a cell of a light: the more pixels, the finer the cells that pay. (Of a city of 3,000 convex solids under 25 lamps, tracing
-/// and shading take 0.64, 0.42 and 0.37 of the instructions with 4, 16 and 32 thousand cells a light, which take 3, 6
-/// and 11 million a light to fill.)
-const PIXELS_A_CELL: usize = 32;
-/// Pictures with fewer cells than these are done sooner without.
-const FEWEST_CELLS: usize = 256;
-/// Most cells of a light: a megabyte.
-const MOST_CELLS: usize = 1 << 16;
-/// Most cells of all lights together.
-const MOST_OF_ALL: usize = 1 << 22;
-
-/// Gives lights their buffers for a picture of so many pixels.
-pub fn surround<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    lights: &mut [LightProgram],
-    buffers: LightBuffers,
-    pixels: usize,
-) {
-    let cells = (pixels / PIXELS_A_CELL).min(MOST_CELLS).min(MOST_OF_ALL / lights.len().max(1));
-    let casters = match buffers {
-        LightBuffers::Never => return,
-        LightBuffers::Auto if cells < FEWEST_CELLS || !casters::are_worth_it(scene, pixels) => return,
-        LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
-    };
-    lights.par_iter_mut().for_each(|light| {
-        let around = |place| raster::fill(scene, &casters, place, cells.max(FEWEST_CELLS));
-        light.buffer = light.shadow_point().map(around);
-    });
 }
 
 impl LightBuffer {

@@ -88,7 +88,7 @@ impl Outline {
 }
 
 /// The light's buffer at `location`.
-pub(super) fn fill<S: Scalar, B: Scalar>(
+pub fn fill<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     casters: &Casters,
     location: DVec3,
