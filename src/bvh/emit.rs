@@ -3,8 +3,8 @@
 use super::binary::{Binary, Extent};
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
 use super::items::Tag;
-use super::{Bvh, Child, Node, Run, bits};
-use crate::lane::{QUAD, Scalar};
+use super::{Bvh, Child, Node, Run};
+use crate::lane::{QUAD, Scalar, bits};
 use glam::DVec3;
 
 /// Writes nodes, runs and the new order of rows.

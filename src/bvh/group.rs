@@ -7,10 +7,10 @@
 
 use super::packet::{Bounds, Crossing, Frame, Interval, Packet, Units};
 use super::single::walk_single;
-use super::stack::{Entry, Order, Sides, bits};
+use super::stack::{Entry, Order, Sides};
 use super::visit::Visit;
 use super::{Bvh, Child, Node};
-use crate::lane::{LANES, Lane, Mask, Scalar, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
 
 /// Packets that share an octant, and how they are looked at.
 pub(super) struct Group<'a, B: Scalar> {

@@ -27,6 +27,6 @@ pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
 pub use packet::Packet;
-pub use stack::{Stack, bits};
+pub use stack::Stack;
 pub use visit::Visit;
 pub use walk::{Traversal, walk};

@@ -1,10 +1,10 @@
 //! One ray against eight boxes at a time.
 
 use super::packet::Packet;
-use super::stack::{Entry, Order, Sides, bits};
+use super::stack::{Entry, Order, Sides};
 use super::visit::Visit;
 use super::{Bvh, Child};
-use crate::lane::{LANES, Lane, Scalar};
+use crate::lane::{LANES, Lane, Scalar, bits};
 
 /// Lanes of a packet one by one.
 pub(super) fn walk_lanes<B: Scalar>(

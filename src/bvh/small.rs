@@ -4,10 +4,9 @@
 //! back. Here rays may go any way.
 
 use super::packet::Packet;
-use super::stack::bits;
 use super::visit::Visit;
 use super::{Bvh, Node};
-use crate::lane::{LANES, Lane, Scalar};
+use crate::lane::{LANES, Lane, Scalar, bits};
 
 /// Trees of up to this many nodes are walked this way.
 pub(super) const MOST_NODES: usize = 8;

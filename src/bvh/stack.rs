@@ -68,15 +68,3 @@ impl Order {
         (0..self.len).map(|k| (self.keys[k & (LANES - 1)] & 7) as usize)
     }
 }
-
-/// The set bits of a byte, lowest first.
-#[inline(always)]
-pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let k = mask.trailing_zeros() as usize & (LANES - 1);
-            mask &= mask - 1;
-            k
-        })
-    })
-}

@@ -8,10 +8,10 @@ use super::group::{Group, OnePacket, walk_group, walk_packet};
 use super::packet::{Bounds, Directions, Frame, Packet};
 use super::single::walk_lanes;
 use super::small::{MOST_NODES, walk_small};
-use super::stack::{Entry, Stack, bits};
+use super::stack::{Entry, Stack};
 use super::visit::Visit;
 use super::{Bvh, Child};
-use crate::lane::{LANES, Lane, Mask, Scalar};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits};
 
 /// How rays go through the tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -64,6 +64,7 @@ const GROUP_SPREAD: f64 = 1.0;
 const PACKET_SPREAD: f64 = 2.0;
 /// See [`Switches::least_lanes`].
 const LEAST_LANES: u32 = 3;
+
 /// Walks up to eight packets through the tree.
 pub fn walk<B: Scalar>(
     bvh: &Bvh<B>,

@@ -38,6 +38,18 @@ pub fn equal_lanes(lanes: &[u32; LANES], value: u32) -> u8 {
     u32x8::from(*lanes).simd_eq(u32x8::splat(value)).to_bitmask() as u8
 }
 
+/// The set bits of a byte, lowest first.
+#[inline(always)]
+pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let k = mask.trailing_zeros() as usize & (LANES - 1);
+            mask &= mask - 1;
+            k
+        })
+    })
+}
+
 /// Numbers of `yes` where the bit is set, of `no` elsewhere.
 #[inline(always)]
 pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {

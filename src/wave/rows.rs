@@ -1,10 +1,10 @@
 //! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against eight rows.
 
 use super::query::{GROUP, Query};
-use crate::bvh::{Count, Packet, Run, bits};
+use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, Lines, Looking, Ray, View};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
@@ -158,19 +158,24 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
     type Output = u8;
 
     #[inline(always)]
-    fn block<K: Block<S>>(self, block: &K) -> u8 {
+    fn block<K: Block<S>>(mut self, block: &K) -> u8 {
         let tests = self.which.count_ones() * self.rows.run.len;
         let double = S::UNIT_ROUNDOFF < f32::UNIT_ROUNDOFF;
         if K::OUTLINED && tests >= FEWEST_OUTLINED[usize::from(double)] {
-            return self.outlined(block);
+            return self.by_outlines(block);
         }
-        let Self { rows, mut which, packets, queries, views, count } = self;
+        self.row_by_row(block, self.which)
+    }
+}
+
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, ANY> {
+    /// The packets of `which`, each by itself.
+    #[inline(always)]
+    fn row_by_row<K: Block<S>>(&mut self, block: &K, which: u8) -> u8 {
         let mut found = 0;
-        while which != 0 {
-            let k = which.trailing_zeros() as usize & (GROUP - 1);
-            which &= which - 1;
-            let (query, state) = (&mut queries[k], &mut packets[k]);
-            let changed = rows.test(block, (query, views.of(k)), (state.live(), ANY), count);
+        for k in bits(which) {
+            let (query, state) = (&mut self.queries[k], &mut self.packets[k]);
+            let changed = self.rows.test(block, (query, self.views.of(k)), (state.live(), ANY), self.count);
             if changed != 0 {
                 state.found(changed, query.t, ANY);
                 found |= 1 << k;
@@ -178,28 +183,20 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
         }
         found
     }
-}
 
-impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, ANY> {
     /// By outlines first, four rows at a time.
     #[inline(always)]
-    fn outlined<K: Block<S>>(self, block: &K) -> u8 {
-        let Self { rows, mut which, packets, queries, views, count } = self;
-        let Rows { run, base, rank } = rows;
-        let mut found = 0;
-        let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
-        for k in bits(which) {
-            // Rays that start on a row are for the rows' own test.
-            if queries[k].starts_within(base + run.first, run.len) {
-                which &= !(1 << k);
-                let (query, state) = (&mut queries[k], &mut packets[k]);
-                let changed = rows.test(block, (query, views.of(k)), (state.live(), ANY), count);
-                if changed != 0 {
-                    state.found(changed, query.t, ANY);
-                    found |= 1 << k;
-                }
-            }
+    fn by_outlines<K: Block<S>>(&mut self, block: &K) -> u8 {
+        let Rows { run, base, rank } = self.rows;
+        // Rays that start on a row are for the rows' own test.
+        let mut starting = 0;
+        for k in bits(self.which) {
+            starting |= u8::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
         }
+        let mut found = self.row_by_row(block, starting);
+        let which = self.which & !starting;
+        let Self { packets, queries, views, count, .. } = self;
+        let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
         while first < end && which != 0 {
             let outlines = block.outlines((first / FOUR) as usize, &views.center);
             for k in bits(which) {
