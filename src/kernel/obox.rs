@@ -33,6 +33,10 @@ impl<S: Scalar> OrientedBoxes<S> {
         let half = Vec3::new(h(0), h(1), h(2));
         Slabs { min: -half, max: half }
     }
+
+    fn half_of(&self, i: usize) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|k| self.half[k][i].to_f64()))
+    }
 }
 
 impl<S: Scalar> Block<S> for OrientedBoxes<S> {
@@ -72,13 +76,11 @@ impl<S: Scalar> Block<S> for OrientedBoxes<S> {
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {
-        let half = DVec3::from_array(std::array::from_fn(|k| self.half[k][i].to_f64()));
-        Some(Solid::OrientedBox(self.frames.own_space(i), half))
+        Some(Solid::OrientedBox(self.frames.own_space(i), self.half_of(i)))
     }
 
     fn bounds(&self, i: usize) -> Aabb {
-        let half = DVec3::from_array(std::array::from_fn(|k| self.half[k][i].to_f64()));
-        self.frames.bounds(i, DVec3::ZERO, half)
+        self.frames.bounds(i, DVec3::ZERO, self.half_of(i))
     }
 
     fn permute(&mut self, order: &[u32]) {

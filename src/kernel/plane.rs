@@ -23,12 +23,6 @@ impl<S: Scalar> Planes<S> {
         }
     }
 
-    /// Unit normal and foot of plane `i`.
-    pub fn half_space(&self, i: usize) -> (DVec3, DVec3) {
-        let at = |column: &[Vec<S>; 3]| DVec3::from_array([0, 1, 2].map(|k| column[k][i].to_f64()));
-        (at(&self.normal), at(&self.foot))
-    }
-
     #[inline(always)]
     fn at(&self, i: usize) -> (Vec3<S::Lane>, Vec3<S::Lane>) {
         let splat = |c: &[Vec<S>; 3]| {

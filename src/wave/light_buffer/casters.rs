@@ -2,7 +2,7 @@
 
 use crate::bvh::{Child, Run};
 use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, class};
-use crate::kernel::Aabb;
+use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::{Lane, Scalar, Vec3, f64x8};
 use glam::DVec3;
 
@@ -82,12 +82,10 @@ impl Casters {
                 continue;
             }
             for row in run.first..run.first + run.len {
-                let (normal, foot) = scene.columns.planes.half_space(row as usize);
-                casters.planes.push(HalfSpace {
-                    normal,
-                    foot,
-                    surface: scene.base[Kind::Plane as usize] + row,
-                });
+                if let Some(Solid::HalfSpace { normal, foot }) = scene.columns.planes.solid(row as usize) {
+                    let surface = scene.base[Kind::Plane as usize] + row;
+                    casters.planes.push(HalfSpace { normal, foot, surface });
+                }
             }
         }
         casters.bounds = casters.all.iter().map(|caster| caster.bounds).reduce(Aabb::union);
@@ -113,61 +111,58 @@ fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> 
 
 /// A convex region that a light is in.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Region {
+pub(super) struct Region {
+    /// Its boundary: points on it are as good as in it.
+    pub surface: SurfaceId,
+    inside: Inside,
+}
+
+/// What is strictly within a region, less what roundings may move.
+#[derive(Debug, Clone, Copy)]
+enum Inside {
     /// `normal . p > least`.
-    HalfSpace { normal: DVec3, least: f64, surface: SurfaceId },
+    HalfSpace { normal: DVec3, least: f64 },
     /// Nearer to `center` than the root of `square`.
-    Ball { center: DVec3, square: f64, surface: SurfaceId },
-    /// Strictly within a box.
-    Box { bounds: Aabb, surface: SurfaceId },
+    Ball { center: DVec3, square: f64 },
+    /// Within a box.
+    Box(Aabb),
 }
 
 impl Region {
-    /// Its surface: points on it are as good as in it.
-    pub fn surface(&self) -> SurfaceId {
-        match *self {
-            Self::HalfSpace { surface, .. } | Self::Ball { surface, .. } | Self::Box { surface, .. } => {
-                surface
-            }
-        }
-    }
-
     /// The side of a plane that `location` is on, less `slack`; `None` if that is not plain.
     pub fn beside(plane: &HalfSpace, location: DVec3, slack: f64) -> Option<Self> {
         let height = plane.normal.dot(location - plane.foot);
         let normal = plane.normal * height.signum();
         let least = normal.dot(plane.foot) + slack;
-        (height.abs() > 2.0 * slack).then_some(Self::HalfSpace { normal, least, surface: plane.surface })
+        let inside = Inside::HalfSpace { normal, least };
+        (height.abs() > 2.0 * slack).then_some(Self { surface: plane.surface, inside })
     }
 
     /// The inside of a caster whose box `location` is in, less `slack`; `None` if it is not in it, or that is not known.
     pub fn within(caster: &Caster, location: DVec3, slack: f64) -> Option<Self> {
-        let surface = caster.surface;
         let Aabb { min, max } = caster.bounds;
-        let region = if caster.kind == Kind::Sphere as u8 {
+        let inside = if caster.kind == Kind::Sphere as u8 {
             let radius = 0.5 * (max - min).min_element() - slack;
-            Self::Ball { center: caster.bounds.center(), square: radius * radius.max(0.0), surface }
+            Inside::Ball { center: caster.bounds.center(), square: radius * radius.max(0.0) }
         } else if caster.kind == Kind::Box as u8 {
-            Self::Box { bounds: Aabb { min: min + slack, max: max - slack }, surface }
+            Inside::Box(Aabb { min: min + slack, max: max - slack })
         } else {
             return None;
         };
-        let point = Vec3::<f64x8>::splat(location);
-        (region.holds(point) == !0).then_some(region)
+        let region = Self { surface: caster.surface, inside };
+        (region.holds(Vec3::<f64x8>::splat(location)) == !0).then_some(region)
     }
 
     /// Which of eight points are in it.
     #[inline(always)]
     pub fn holds<L: Lane>(&self, point: Vec3<L>) -> u8 {
-        match self {
-            Self::HalfSpace { normal, least, .. } => {
-                point.dot(Vec3::splat(*normal)).gt(L::lit(*least)).bits()
+        match self.inside {
+            Inside::HalfSpace { normal, least } => point.dot(Vec3::splat(normal)).gt(L::lit(least)).bits(),
+            Inside::Ball { center, square } => {
+                let off = point - Vec3::splat(center);
+                off.dot(off).lt(L::lit(square)).bits()
             }
-            Self::Ball { center, square, .. } => {
-                let off = point - Vec3::splat(*center);
-                off.dot(off).lt(L::lit(*square)).bits()
-            }
-            Self::Box { bounds: Aabb { min, max }, .. } => {
+            Inside::Box(Aabb { min, max }) => {
                 let axis = |p: L, min: f64, max: f64| p.gt(L::lit(min)) & p.lt(L::lit(max));
                 let inside = axis(point.x, min.x, max.x) & axis(point.y, min.y, max.y);
                 (inside & axis(point.z, min.z, max.z)).bits()

@@ -13,7 +13,7 @@ pub use casters::{Casters, are_worth_it};
 pub use raster::fill;
 
 use crate::compile::{NO_SURFACE, SurfaceId};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes};
 use casters::Region;
 use glam::DVec3;
 
@@ -119,7 +119,7 @@ impl LightBuffer {
         }
         let mut known = Known { free: lanes & !within, blocked: 0 };
         let (number, depth) = (number.to_array(), depth.to_array());
-        for k in (0..LANES).filter(|k| within >> k & 1 == 1) {
+        for k in bits(within) {
             let Some(cell) = self.cells.get(number[k].to_f64() as usize) else { continue };
             let own = cell.nearest == surface[k] && outside >> k & 1 == 1;
             let near = if own { cell.near_but_one } else { cell.near };
@@ -134,7 +134,7 @@ impl LightBuffer {
             if known.free == 0 {
                 break;
             }
-            known.free &= region.holds(point) | equal_lanes(surface, region.surface());
+            known.free &= region.holds(point) | equal_lanes(surface, region.surface);
         }
         known
     }
