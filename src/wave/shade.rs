@@ -7,6 +7,7 @@ use super::medium::{Crossing, Media};
 use super::queue::{Carriers, Feelers, Queue};
 use super::sums::Sums;
 use crate::compile::Compiled;
+use crate::film::PacketCounts;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
 use crate::scene::{Finish, Interior, Reflection, Rgb};
 use crate::texture::{Colors, LayerProgram, Program};
@@ -26,10 +27,8 @@ pub struct Emit<'a, L: Lane> {
     pub shadows: &'a mut [Queue<Feelers<L>>],
     /// The thread's interior lists.
     pub media: &'a mut Media,
-    /// Packets of hits so far, and hits in them.
-    pub shaded: &'a mut (u64, u64),
-    /// Shadow rays so far that lights' buffers have answered.
-    pub answered: &'a mut u64,
+    /// Counts packets of hits, hits in them, and shadow rays that lights' buffers have answered.
+    pub counts: &'a mut PacketCounts,
 }
 
 /// A layer at the hits, as light meets it.
@@ -57,8 +56,8 @@ pub fn shade<S: Scalar, B: Scalar>(
     program: u32,
     emit: &mut Emit<S::Lane>,
 ) {
-    emit.shaded.0 += 1;
-    emit.shaded.1 += u64::from(hit.active.count_ones());
+    emit.counts.shaded += 1;
+    emit.counts.hits += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
     let active = Mask::<S::Lane>::from_bits(hit.active);
     let crossings = Crossings::of(scene, program, hit, emit.media);
@@ -114,7 +113,9 @@ pub fn shade<S: Scalar, B: Scalar>(
     if lit_layers.first.is_some() {
         let from_behind = lit_layers.iter().any(|lit| lit.layer.finish.diffuse_back != 0.0);
         for (number, light) in lights.iter().enumerate() {
-            let Some(lamp) = Lamp::new(light, hit, active, from_behind, emit.answered) else { continue };
+            let Some(lamp) = Lamp::new(light, hit, active, from_behind, &mut emit.counts.answered) else {
+                continue;
+            };
             let mut sum = Vec3::lit(0.0);
             for layer in lit_layers.iter() {
                 let part = direct_light(&lamp, layer, hit, scene.globals.irid_wavelength);
@@ -227,7 +228,7 @@ impl<L: Lane> Lamp<L> {
         }
         let incidence = light.at(hit.point, dir, distance);
         let mut bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
-        let mut free = 0;
+        let mut free = if light.shadowless { !0 } else { 0 };
         if let Some(buffer) = &light.buffer {
             // What is lit from both sides may stand in its own light.
             let lanes = (bright & front).bits() & !hit.double_illuminate;
@@ -389,7 +390,7 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
         return;
     }
     let light = sum.mul(hit.throughput);
-    let free = if lamp.shadowless { lanes } else { lanes & lamp.free };
+    let free = lanes & lamp.free;
     if free != 0 {
         emit.sums.add(&hit.sink, light, free);
     }

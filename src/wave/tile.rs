@@ -40,10 +40,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     sums: Sums,
     media: Media,
     order: Vec<u32>,
-    /// Packets of hits that were shaded, and hits in them.
-    shaded: (u64, u64),
-    /// Shadow rays that lights' buffers have answered.
-    answered: u64,
+    /// What shading has counted.
+    counts: PacketCounts,
 }
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
@@ -112,17 +110,14 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         let reflect = self.reflected.take_count();
         let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
-        let (shaded, hits) = std::mem::take(&mut self.shaded);
-        let answered = std::mem::take(&mut self.answered);
-        shadow += answered;
+        let counts = std::mem::take(&mut self.counts);
+        shadow += counts.answered;
         let packets = PacketCounts {
             camera: self.camera.take_packet_count(),
             shadow: self.shadow_queues.iter_mut().map(Queue::take_packet_count).sum(),
             reflect: self.reflected.take_packet_count(),
             refract: self.refracted.iter_mut().map(Queue::take_packet_count).sum(),
-            shaded,
-            hits,
-            answered,
+            ..counts
         };
         RayCounts { camera, shadow, reflect, refract, packets }
     }
@@ -137,8 +132,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             Sender::Camera => class::CAMERA,
             Sender::Mirror => class::REFLECTED,
         };
-        let (reflected, refracted) = (&mut self.reflected, &mut self.refracted);
-        let (shaded, answered) = (&mut self.shaded, &mut self.answered);
+        let (reflected, refracted, counts) = (&mut self.reflected, &mut self.refracted, &mut self.counts);
         for group in batch_order.chunks(GROUP) {
             let group = group.iter().map(|&number| &batch[number as usize]);
             queries.resize(group.len(), Query::default());
@@ -157,8 +151,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 }
                 hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
                     let refracted = &mut refracted[sender as usize];
-                    let mut emit =
-                        Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded, answered };
+                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
                     shade(scene, &shared.lights, hit, program, &mut emit);
                 });
             }
@@ -172,11 +165,10 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Shades the hits that wait; false if there are none.
     fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
-        let Self { hits, sums, media, shadow_queues, reflected, refracted, shaded, answered, .. } = self;
+        let Self { hits, sums, media, shadow_queues, reflected, refracted, counts, .. } = self;
         hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
             let refracted = &mut refracted[sender as usize];
-            let mut emit =
-                Emit { sums, reflected, refracted, shadows: shadow_queues, media, shaded, answered };
+            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
             shade(shared.scene, &shared.lights, hit, program, &mut emit);
         })
     }
