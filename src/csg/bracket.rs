@@ -272,31 +272,22 @@ mod tests {
     use super::*;
     use crate::kernel::{Block, Boxes, Cylinders, Ellipsoids, OrientedBoxes, Planes, Spheres};
     use crate::lane::LANES;
+    use crate::random::Random;
     use crate::scene::Transform;
 
-    /// Numbers from -1 to 1, always the same.
-    struct Numbers(u64);
-
-    impl Numbers {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-
-        fn point(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
+    fn point(random: &mut Random) -> DVec3 {
+        DVec3::from_array(random.point(1.0))
     }
 
     /// Crossings in double precision lie where the brackets say, and the brackets are narrow.
-    fn check<B: Block<f64>>(push: impl Fn(&mut B, &mut Numbers, &Transform)) {
-        let mut numbers = Numbers(1);
+    fn check<B: Block<f64>>(push: impl Fn(&mut B, &mut Random, &Transform)) {
+        let mut numbers = Random::new(1);
         let (mut crossed, mut wide) = (0, 0);
         for round in 0..400 {
-            let place = Transform::rotate(numbers.point() * 180.0)
-                .then(&Transform::scale(numbers.point() * 0.3 + DVec3::splat(0.5)))
-                .then(&Transform::rotate(numbers.point() * 180.0))
-                .then(&Transform::translate(numbers.point() + DVec3::splat(5.0)));
+            let place = Transform::rotate(point(&mut numbers) * 180.0)
+                .then(&Transform::scale(point(&mut numbers) * 0.3 + DVec3::splat(0.5)))
+                .then(&Transform::rotate(point(&mut numbers) * 180.0))
+                .then(&Transform::translate(point(&mut numbers) + DVec3::splat(5.0)));
             let mut block = B::default();
             push(&mut block, &mut numbers, &place);
             let solid = block.solid(0).expect("a body");
@@ -308,9 +299,9 @@ mod tests {
                     let dir = match lane {
                         0 => DVec3::X,
                         1 => place.vector(DVec3::Y).normalize(),
-                        _ => numbers.point().normalize(),
+                        _ => point(&mut numbers).normalize(),
                     };
-                    (middle + numbers.point() - dir * far, dir)
+                    (middle + point(&mut numbers) - dir * far, dir)
                 })
                 .collect();
             let rays = Rays::<f64x8> {
@@ -357,21 +348,23 @@ mod tests {
     #[test]
     fn crossings_are_within_their_brackets() {
         check::<Spheres<f64>>(|block, n, place| {
-            block.push(place.point(DVec3::ZERO), 0.5 + 0.4 * n.next());
+            block.push(place.point(DVec3::ZERO), 0.5 + 0.4 * n.between(-1.0, 1.0));
         });
         check::<Ellipsoids<f64>>(|block, _, place| block.push(place));
         check::<Boxes<f64>>(|block, n, place| {
-            let half = DVec3::splat(0.5) + n.point() * 0.4;
+            let half = DVec3::splat(0.5) + point(n) * 0.4;
             let middle = place.point(DVec3::ZERO);
             block.push(middle - half, middle + half);
         });
         check::<OrientedBoxes<f64>>(|block, n, place| {
-            let half = DVec3::splat(0.5) + n.point() * 0.4;
+            let half = DVec3::splat(0.5) + point(n) * 0.4;
             block.push(place, -half, half);
         });
         check::<Cylinders<f64>>(|block, n, place| {
-            block.push(place, (n.point() * 0.3, 0.4), (DVec3::Y * 0.8 + n.point() * 0.3, 0.4));
+            block.push(place, (point(n) * 0.3, 0.4), (DVec3::Y * 0.8 + point(n) * 0.3, 0.4));
         });
-        check::<Planes<f64>>(|block, n, place| block.push(place, n.point().normalize(), 0.2 * n.next()));
+        check::<Planes<f64>>(|block, n, place| {
+            block.push(place, point(n).normalize(), 0.2 * n.between(-1.0, 1.0))
+        });
     }
 }

@@ -6,7 +6,7 @@
 
 use super::best::Best;
 use super::bracket::{Bracket, dot, least, most};
-use super::plan::Plan;
+use super::plan::{Clause, MOST_PARTS, Plan};
 use super::scratch::{PartRoots, Scratch, Sketch};
 use super::{Composite, CsgTree};
 use crate::kernel::Rays;
@@ -109,7 +109,7 @@ impl CsgTree {
             return Decided { changed: 0, doubt };
         }
         let sketch = &mut scratch.sketch;
-        sketch.brackets.resize(sketch.brackets.len().max(super::plan::MOST_PARTS), Bracket::default());
+        sketch.brackets.resize(MOST_PARTS, Bracket::default());
         sketch.near = plan.required;
         sketch.crossings.clear();
         sketch.asked.clear();
@@ -234,7 +234,7 @@ impl CsgTree {
     #[inline(always)]
     fn is_surface(
         &self,
-        all: &super::plan::Clause,
+        all: &Clause,
         clauses: Range<u32>,
         sketch: &Sketch,
         at: Between,

@@ -155,38 +155,29 @@ mod tests {
     use super::*;
     use crate::kernel::{Block, Triangles, View};
     use crate::lane::{LANES, each_lane, f64x8};
+    use crate::random::Random;
 
-    /// Numbers from -1 to 1, always the same.
-    struct Numbers(u64);
-
-    impl Numbers {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-
-        fn vector(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
+    fn point(random: &mut Random) -> DVec3 {
+        DVec3::from_array(random.point(1.0))
     }
 
     /// Rays at and beside triangles near and far, large and tiny, at their insides, edges and corners: how many lanes were told,
     /// and of how many.
     fn check<L: Lane>(parted: bool) -> (u32, u32) {
-        let mut numbers = Numbers(7);
+        let mut numbers = Random::new(7);
         let (mut told, mut of) = (0, 0);
         for round in 0..4000 {
-            let size = 10f64.powf(numbers.next() * 2.0);
-            let place = numbers.vector() * 10.0;
-            let corners = [0; 3].map(|_| place + numbers.vector() * size);
+            let size = 10f64.powf(numbers.between(-1.0, 1.0) * 2.0);
+            let place = point(&mut numbers) * 10.0;
+            let corners = [0; 3].map(|_| place + point(&mut numbers) * size);
             let mut triangles = Triangles::<L::Scalar>::default();
             triangles.push(corners);
-            let eye = numbers.vector() * 10.0;
-            let origins = each_lane(|_| if parted { eye + numbers.vector() } else { eye });
+            let eye = point(&mut numbers) * 10.0;
+            let origins = each_lane(|_| if parted { eye + point(&mut numbers) } else { eye });
             // One ray in two goes past an edge or a corner within 10^-1 to 10^-17.
             let at = each_lane(|k| {
-                let [u, v] = [numbers.next(), numbers.next()];
-                let near = if k % 2 == 0 { 0.0 } else { 10f64.powf(numbers.next() * 8.0 - 9.0) };
+                let [u, v] = [numbers.between(-1.0, 1.0), numbers.between(-1.0, 1.0)];
+                let near = if k % 2 == 0 { 0.0 } else { 10f64.powf(numbers.between(-1.0, 1.0) * 8.0 - 9.0) };
                 let [u, v] = [[u, v], [near, v], [near, 1.0 - near], [u, 1.0 - u + near]][round % 4];
                 corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v
             });
