@@ -1,6 +1,7 @@
 //! Eight rays as the tree sees them, and what bounds several of them.
 
 use super::Bvh;
+use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
@@ -42,8 +43,8 @@ impl<B: Scalar> Packet<B> {
     /// Becomes rays up to distance `t_far` in lanes `active`; the others hold no ray. (In place: packets are large, and
     /// to move one costs as much as a test.)
     #[inline]
-    pub fn aim<L: Lane>(&mut self, bvh: &Bvh<B>, origin: Vec3<L>, dir: Vec3<L>, t_far: L, active: u8) {
-        let origin = origin - Vec3::splat(bvh.origin);
+    pub fn aim<L: Lane>(&mut self, bvh: &Bvh<B>, rays: &Rays<L>, t_far: L, active: u8) {
+        let (origin, dir) = (rays.origin - Vec3::splat(bvh.origin), &rays.dir);
         let inverse = dir.cast::<B::Lane>().slab_inverse();
         let inverse = [inverse.x, inverse.y, inverse.z];
         let mut own = [origin.x, origin.y, origin.z].map(cast::<L, B::Lane>);

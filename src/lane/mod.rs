@@ -38,6 +38,12 @@ pub fn equal_lanes(lanes: &[u32; LANES], value: u32) -> u8 {
     u32x8::from(*lanes).simd_eq(u32x8::splat(value)).to_bitmask() as u8
 }
 
+/// `f` of eight numbers; asked once where all are the same, as those of neighbours mostly are.
+#[inline(always)]
+pub fn each_number<T: Copy + Default>(numbers: &[u32; LANES], f: impl Fn(u32) -> T) -> [T; LANES] {
+    if equal_lanes(numbers, numbers[0]) == !0 { [f(numbers[0]); LANES] } else { each_lane(|k| f(numbers[k])) }
+}
+
 /// The set bits of a byte, lowest first.
 #[inline(always)]
 pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {

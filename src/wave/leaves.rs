@@ -4,9 +4,18 @@ use super::composite::composites;
 use super::query::{GROUP, Query};
 use super::rows::{Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Compiled, class};
+use crate::compile::{COMPOSITE, Compiled, SurfaceId, class};
 use crate::csg::{Scratch, Stretch};
 use crate::lane::{LANES, Lane, Scalar};
+
+/// What see-through things are in the way of a packet of shadow rays.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Noted {
+    /// Rays that meet any.
+    pub lanes: u8,
+    /// The primitive that is the only one they meet; `None` where there may be several.
+    pub only: Option<SurfaceId>,
+}
 
 /// What happens in the tree's leaves.
 pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
@@ -17,8 +26,8 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     scratch: &'a mut Scratch,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: &'a mut [Option<Stretch>],
-    /// By packet, the shadow rays that something see-through is in the way of.
-    pub tinted: [u8; GROUP],
+    /// By packet, what is see-through in the way of its shadow rays.
+    pub noted: [Noted; GROUP],
     /// How its packets' rays see corners.
     views: &'a Views<S>,
     /// What has blocked a shadow ray last.
@@ -106,7 +115,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             filter,
             scratch,
             stretches,
-            tinted: [0; GROUP],
+            noted: [Noted::default(); GROUP],
             views,
             blocker: None,
             count: C::default(),
@@ -123,9 +132,13 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Tests a run against one packet and returns the lanes whose hit changed.
     #[inline]
     pub fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        let lanes = lanes & self.queries[packet].lanes;
+        let query = &self.queries[packet];
+        let lanes = lanes & if ANY { query.lanes & !query.hits() } else { query.lanes };
+        if lanes == 0 {
+            return 0;
+        }
         if ANY && run.class & class::BLOCKS == 0 {
-            self.note(run, packet, lanes & !self.tinted[packet]);
+            self.note(run, packet, lanes);
             return 0;
         }
         self.test(run, packet, lanes)
@@ -149,13 +162,22 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.
     #[cold]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
+        let Noted { lanes: known, only } = self.noted[packet];
+        let several = known != 0 && only.is_none();
+        let lanes = if several { lanes & !known } else { lanes };
         if lanes == 0 {
             return;
         }
         let Query { t, surface, .. } = self.queries[packet];
-        self.tinted[packet] |= self.test(run, packet, lanes);
+        let met = self.test(run, packet, lanes);
         let query = &mut self.queries[packet];
         (query.t, query.surface) = (t, surface);
+        if met != 0 {
+            let single = run.len == 1 && run.kind != COMPOSITE;
+            let this = single.then(|| self.scene.base[usize::from(run.kind)] + run.first);
+            let only = if known == 0 || only == this { this } else { None };
+            self.noted[packet] = Noted { lanes: known | met, only };
+        }
     }
 }
 

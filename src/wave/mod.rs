@@ -7,6 +7,7 @@ mod area;
 mod camera;
 mod composite;
 mod enclosing;
+mod filters;
 mod hits;
 mod leaves;
 mod light;

@@ -3,7 +3,7 @@
 use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, choose, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes};
 
 /// Packets that walk the tree together.
 pub const GROUP: usize = 8;
@@ -33,6 +33,12 @@ pub struct Query<L> {
 /// of the start is the start. (The surface left itself is not missed by this but by [`Left`].)
 const START_ROUNDINGS: f64 = 32.0;
 
+/// How far from a start on a surface nothing is hit.
+#[inline(always)]
+pub fn start_rounding<L: Lane>(origin: &Vec3<L>) -> L {
+    origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
+}
+
 impl<L: Lane> Query<L> {
     /// Rays up to distance `t_max`.
     pub fn new(lines: &Lines<L>, t_max: L, lanes: u8) -> Self {
@@ -44,8 +50,7 @@ impl<L: Lane> Query<L> {
     /// Becomes rays up to distance `t_max`.
     #[inline(always)]
     pub fn aim(&mut self, lines: &Lines<L>, t_max: L, lanes: u8) {
-        let reach =
-            lines.rays.origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
+        let reach = start_rounding(&lines.rays.origin);
         let free = equal_lanes(&lines.left, NO_SURFACE);
         self.rays.set(&lines.rays.origin, &lines.rays.dir);
         self.left = lines.left;

@@ -178,9 +178,9 @@ fn trace_group<S: Scalar, B: Scalar>(
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
         RayQuery::Any => {
             // What is see-through is hit, too: any surface stands for it.
-            let tinted = tracer.occluded(scene, queries, &mut None);
-            for (query, tinted) in queries.iter_mut().zip(tinted) {
-                for k in (0..LANES).filter(|k| tinted >> k & 1 == 1) {
+            let noted = tracer.occluded(scene, queries, &mut None);
+            for (query, noted) in queries.iter_mut().zip(noted) {
+                for k in (0..LANES).filter(|k| noted.lanes >> k & 1 == 1) {
                     query.surface[k] = 0;
                 }
             }

@@ -1,12 +1,11 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
-use super::leaves::Leaves;
+use super::leaves::{Leaves, Noted};
 use super::query::{GROUP, Query};
 use super::rows::Views;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Compiled, class};
 use crate::csg::{Scratch, Stretch};
-use crate::kernel::Rays;
 use crate::lane::Scalar;
 
 /// Buffers for tracing, one set a thread.
@@ -44,7 +43,7 @@ impl<B: Scalar> Tracer<B> {
     }
 
     /// Whether anything that blocks light is hit before `t`: in lanes where it is, `surface` names something hit (not
-    /// the nearest). Returns, for each packet, the lanes that meet something see-through on the way.
+    /// the nearest). Returns, for each packet, what is see-through on the way.
     ///
     /// `suspect` is what blocked such rays the last time, and is tried before anything is looked for: a light's shadow
     /// rays come in the order of pixels, and neighbours mostly lie in one shadow (Haines and Greenberg 1986, The light
@@ -54,10 +53,10 @@ impl<B: Scalar> Tracer<B> {
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
         suspect: &mut Option<Run>,
-    ) -> [u8; GROUP] {
+    ) -> [Noted; GROUP] {
         let classes = class::BLOCKS | class::FILTERS;
         if !scene.has_class(classes) {
-            return [0; GROUP];
+            return [Noted::default(); GROUP];
         }
         self.trace::<S, true>(scene, queries, classes, suspect)
     }
@@ -68,15 +67,15 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
         suspect: &mut Option<Run>,
-    ) -> [u8; GROUP] {
+    ) -> [Noted; GROUP] {
         if self.occupancy.is_none() {
             return self.trace_counting::<S, (), ANY>(scene, queries, filter, suspect).0;
         }
-        let (tinted, counted) = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
+        let (noted, counted) = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
         if let Some(occupancy) = &mut self.occupancy {
             *occupancy += counted;
         }
-        tinted
+        noted
     }
 
     fn trace_counting<S: Scalar, C: Count, const ANY: bool>(
@@ -85,7 +84,7 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
         suspect: &mut Option<Run>,
-    ) -> ([u8; GROUP], C) {
+    ) -> ([Noted; GROUP], C) {
         let Self { stack, packets, scratch, stretches, traversal, .. } = self;
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
@@ -110,6 +109,9 @@ impl<B: Scalar> Tracer<B> {
                 }
             }
         }
+        if scene.bvh.nodes.is_empty() {
+            return (leaves.noted, leaves.count);
+        }
         packets.resize(leaves.queries.len(), Packet::idle());
         for (packet, query) in packets.iter_mut().zip(leaves.queries.iter()) {
             let lanes = if ANY { query.lanes & !query.hits() } else { query.lanes };
@@ -117,13 +119,12 @@ impl<B: Scalar> Tracer<B> {
                 *packet = Packet::idle();
                 continue;
             }
-            let Rays { origin, dir } = query.rays;
-            packet.aim(&scene.bvh, origin, dir, query.t, lanes);
+            packet.aim(&scene.bvh, &query.rays, query.t, lanes);
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         if leaves.blocker.is_some() {
             *suspect = leaves.blocker;
         }
-        (leaves.tinted, leaves.count)
+        (leaves.noted, leaves.count)
     }
 }

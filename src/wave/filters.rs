@@ -1,0 +1,208 @@
+//! What see-through surfaces leave of the light on its way: along shadow rays that nothing opaque blocks.
+//!
+//! Rays that meet one primitive are through with its crossings; where several are in the way, rays go from surface to
+//! surface, nearest first, as which of two surfaces at one place counts is decided there.
+
+use super::hits::{resolve, seen_from_inside};
+use super::medium::Media;
+use super::query::{Query, start_rounding};
+use super::queue::{Feelers, Lines};
+use super::shade::{NO_LIGHT, fade_over};
+use super::trace::Tracer;
+use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
+use crate::kernel::{Block, Left, Rays, Surfaces};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes};
+
+/// What is left to be done of a packet of shadow rays that goes from surface to surface.
+pub struct Rest<L> {
+    /// What the surfaces so far have let through.
+    pub filter: Vec3<L>,
+    /// What the rays travel in.
+    medium: [u32; LANES],
+    /// How far it is to the light.
+    distance: L,
+}
+
+impl<L: Lane> Rest<L> {
+    /// All of it.
+    pub fn of(rays: &Feelers<L>) -> Self {
+        Self { filter: Vec3::lit(1.0), medium: rays.medium, distance: rays.t_max }
+    }
+}
+
+/// What the crossings of `surface`, the only one in the way of the rays `lanes` of `query`, leave of their light.
+pub fn through_one<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    rays: &Feelers<S::Lane>,
+    query: &mut Query<S::Lane>,
+    (surface, mut lanes): (SurfaceId, u8),
+    media: &mut Media,
+) -> Vec3<S::Lane> {
+    let mut rest = Rest::of(rays);
+    let on = query.lanes_on(surface) & lanes;
+    let left = Left { on: Mask::from_bits(on), part: query.part };
+    let (lines, mut last, mut after) = (query.rays, S::Lane::zero(), query.t_min);
+    let crossed = |t: S::Lane| {
+        let hits = (t.gt(after) & t.lt(rays.t_max)).bits() & lanes;
+        if hits == 0 {
+            return;
+        }
+        (query.t, query.surface) = (t, choose(hits, &[surface; LANES], &[NO_SURFACE; LANES]));
+        let found = resolve(scene, query);
+        let more = cross(scene, query, &found, (hits, t - last), &mut rest, media);
+        lanes &= more | !hits;
+        let met = Mask::from_bits(hits);
+        last = met.select(t, last);
+        // Within the rounding of where a ray would go on there is nothing new.
+        after = met.select(t + start_rounding(&found.point), after);
+    };
+    let kind = scene.kinds[surface as usize];
+    let row = (surface - scene.base[usize::from(kind)]) as usize;
+    let left = (on != 0).then_some(&left);
+    scene.columns.with(kind, EachCrossing { row, rays: &lines, left, crossed });
+    rest.filter
+}
+
+/// Hands on the crossings of eight rays with one row, the nearest first.
+struct EachCrossing<'a, L, F> {
+    row: usize,
+    rays: &'a Rays<L>,
+    left: Option<&'a Left<L>>,
+    crossed: F,
+}
+
+impl<S: Scalar, F: FnMut(S::Lane)> WithBlock<S> for EachCrossing<'_, S::Lane, F> {
+    type Output = ();
+
+    fn block<K: Block<S>>(mut self, block: &K) {
+        block.roots(self.row, self.rays, self.left).as_ref().iter().for_each(|&t| (self.crossed)(t));
+    }
+}
+
+/// What all that is see-through leaves of the light along a group of shadow rays, which `queries` ask for: into `rests`.
+pub fn gather_filters<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    group: &[Feelers<S::Lane>],
+    queries: &mut [Query<S::Lane>],
+    rests: &mut Vec<Rest<S::Lane>>,
+    tracer: &mut Tracer<B>,
+    media: &mut Media,
+) {
+    rests.clear();
+    rests.extend(group.iter().map(Rest::of));
+    loop {
+        tracer.nearest(scene, queries, class::FILTERS);
+        let mut some = false;
+        for (query, rest) in queries.iter_mut().zip(&mut *rests) {
+            let hits = query.hits();
+            if hits == 0 {
+                query.lanes = 0;
+                continue;
+            }
+            let met = Mask::from_bits(hits);
+            let found = resolve(scene, query);
+            let more = cross(scene, query, &found, (hits, query.t), rest, media);
+            rest.distance -= met.keep(query.t);
+            // On from where the ray is, away from the surface it has met.
+            let origin = Vec3::select(met, found.point, query.rays.origin);
+            let lines = Lines {
+                rays: Rays { origin, dir: query.rays.dir },
+                left: query.surface, // No surface where nothing was met.
+                part: found.part,
+            };
+            query.aim(&lines, rest.distance, more);
+            some |= more != 0;
+        }
+        if !some {
+            return;
+        }
+    }
+}
+
+/// Takes eight shadow rays through the surfaces they have met (in the lanes `hits`), `way` behind the last ones; returns the
+/// lanes that are still worth following.
+fn cross<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+    (hits, way): (u8, S::Lane),
+    rest: &mut Rest<S::Lane>,
+    media: &mut Media,
+) -> u8 {
+    let surfaces = query.met(hits);
+    let owners = each_number(&surfaces, |surface| scene.owner[surface as usize]);
+    let cos = found.normal.dot(query.rays.dir).abs();
+    let before = rest.medium;
+    let mut waiting = hits;
+    // Neighbours mostly meet one object, and come from one interior.
+    while waiting != 0 {
+        let first = waiting.trailing_zeros() as usize & (LANES - 1);
+        let same = waiting & equal_lanes(&owners, owners[first]) & equal_lanes(&before, before[first]);
+        waiting &= !same;
+        let owner = &scene.owners[owners[first] as usize];
+        let interior = &scene.interiors[owner.interior as usize];
+        let mut tint = owner_filter(scene, owner, query, found, (interior.caustics, cos));
+        let crossing = media.cross(before[first], owner.interior, &scene.interiors);
+        // In shadows POV-Ray fades only with a power over 0.
+        if crossing.leaves && interior.fade_power > 0.0 {
+            tint = tint.mul(Vec3::from_fn(|k| fade_over(interior, way.lanes()[k].to_f64())));
+        }
+        rest.medium = choose(same, &[crossing.next; LANES], &rest.medium);
+        rest.filter = Vec3::select(Mask::from_bits(same), rest.filter.mul(tint), rest.filter);
+    }
+    let worth = rest.filter.abs().max_element().ge(S::Lane::lit(NO_LIGHT));
+    let spent = !worth & Mask::from_bits(hits);
+    rest.filter = Vec3::select(spent, Vec3::lit(0.0), rest.filter);
+    hits & worth.bits()
+}
+
+/// What surfaces of one owner let through at eight points.
+fn owner_filter<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    owner: &Owner,
+    query: &Query<S::Lane>,
+    found: &Surfaces<S::Lane>,
+    focus: (f64, S::Lane),
+) -> Vec3<S::Lane> {
+    if owner.blocks {
+        return Vec3::lit(0.0);
+    }
+    let through = |texture: u32| texture_filter(scene, texture, found.point, focus);
+    let [a, b, c] = owner.textures;
+    let outside = if a == b && b == c {
+        through(a)
+    } else {
+        let (u, v) = (found.u, found.v);
+        through(a) * (S::Lane::lit(1.0) - u - v) + through(b) * u + through(c) * v
+    };
+    match owner.interior_texture {
+        None => outside,
+        Some(texture) => {
+            let inside = Mask::from_bits(seen_from_inside(scene, query, found));
+            Vec3::select(inside, through(texture), outside)
+        }
+    }
+}
+
+/// What one texture lets through at eight points, which `caustics` gather where rays meet it at right angles.
+fn texture_filter<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    texture: u32,
+    point: Vec3<S::Lane>,
+    (caustics, cos): (f64, S::Lane),
+) -> Vec3<S::Lane> {
+    let row = &scene.textures.textures[texture as usize];
+    if row.opaque {
+        return Vec3::lit(0.0);
+    }
+    let program = &scene.textures.programs[row.program as usize];
+    let mut filter = Vec3::lit(1.0);
+    for (number, layer) in program.layers.iter().enumerate() {
+        let through = layer.colors(&scene.textures, &[texture; LANES], number, point).transmittance();
+        filter = filter.mul(through);
+        if caustics != 0.0 {
+            filter = filter * (S::Lane::lit(1.0) + cos.pow_const(45.0 * caustics));
+        }
+    }
+    filter
+}
