@@ -9,7 +9,14 @@ use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar, bits};
 
 /// Trees of up to this many nodes are walked this way.
-pub(super) const MOST_NODES: usize = 8;
+const MOST_NODES: usize = 8;
+
+impl<B: Scalar> Bvh<B> {
+    /// True if packets need not be of one octant: the tree is walked box by box, or not there at all.
+    pub fn is_small(&self) -> bool {
+        self.nodes.len() <= MOST_NODES
+    }
+}
 
 /// A child of a node, and the packets that reached the node.
 #[derive(Debug, Clone, Copy, Default)]

@@ -7,7 +7,7 @@
 use super::group::{Group, OnePacket, walk_group, walk_packet};
 use super::packet::{Bounds, Directions, Frame, Packet};
 use super::single::walk_lanes;
-use super::small::{MOST_NODES, walk_small};
+use super::small::walk_small;
 use super::stack::{Entry, Stack};
 use super::visit::Visit;
 use super::{Bvh, Child};
@@ -77,7 +77,7 @@ pub fn walk<B: Scalar>(
     if bvh.nodes.is_empty() {
         return;
     }
-    if traversal == Traversal::Auto && bvh.nodes.len() <= MOST_NODES {
+    if traversal == Traversal::Auto && bvh.is_small() {
         walk_small(bvh, packets, visit);
         return;
     }

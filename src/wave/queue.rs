@@ -162,6 +162,8 @@ pub struct Queue<P> {
     octants: Vec<u8>,
     /// One for each octant, filled ray by ray.
     open: Vec<P>,
+    /// Packets may be of several octants.
+    mixed: bool,
     rays: u64,
     taken: u64,
 }
@@ -173,6 +175,7 @@ impl<P: Packet> Default for Queue<P> {
             ready: 0,
             octants: Vec::new(),
             open: vec![P::default(); OCTANTS],
+            mixed: false,
             rays: 0,
             taken: 0,
         }
@@ -180,6 +183,11 @@ impl<P: Packet> Default for Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
+    /// From now on, whether packets may be of several octants: what walks small trees does not care.
+    pub fn mix(&mut self, mixed: bool) {
+        self.mixed = mixed;
+    }
+
     /// Where the next packet is to be made, for [`Queue::push`] to take; it holds what was there before.
     #[inline]
     pub fn next(&mut self) -> &mut P {
@@ -199,7 +207,7 @@ impl<P: Packet> Queue<P> {
         }
         self.rays += u64::from(lanes.count_ones());
         let signs = packet.signs();
-        let one_octant = signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
+        let one_octant = self.mixed || signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
         if one_octant && lanes.count_ones() >= KEPT_WHOLE {
             self.octants.push(octant_of(signs, lanes.trailing_zeros()));
             self.ready += 1;

@@ -26,6 +26,11 @@ pub struct ShadowTracer<S: Scalar> {
 }
 
 impl<S: Scalar> ShadowTracer<S> {
+    /// See [`Queue::mix`].
+    pub fn mix(&mut self, mixed: bool) {
+        self.open.mix(mixed);
+    }
+
     /// Traces the ready packets of `queue`, which lead to light number `light`, and adds the light that arrives to
     /// `sums`; rays in whose way are several things that tint it wait.
     pub fn trace<B: Scalar>(

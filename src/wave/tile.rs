@@ -64,6 +64,12 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         self.media.begin_tile();
         self.sums.reset(area.width * area.height);
         self.shadow_queues.resize_with(shared.lights.len(), Queue::default);
+        let mixed = shared.scene.bvh.is_small();
+        self.reflected.mix(mixed);
+        self.refracted.iter_mut().for_each(|queue| queue.mix(mixed));
+        self.shadow_queues.iter_mut().for_each(|queue| queue.mix(mixed));
+        self.camera.mix(mixed);
+        self.shadows.mix(mixed);
 
         pixel_order(area, &mut self.order);
         push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
