@@ -38,7 +38,8 @@ impl<S: Scalar> Spheres<S> {
 
     #[inline(always)]
     fn row(&self, i: usize) -> [S; 4] {
-        self.fours[i / 4].0.map(|column| column[i % 4])
+        let Spheres4(columns) = &self.fours[i / 4];
+        [0, 1, 2, 3].map(|k| columns[k][i % 4])
     }
 }
 

@@ -4,7 +4,7 @@ use super::Lane;
 use std::ops::{BitAnd, BitAndAssign, BitOr, BitOrAssign, BitXor, Not};
 
 /// One answer per lane.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Mask<L>(pub(super) L);
 
 impl<L: Lane> Mask<L> {

@@ -1,7 +1,7 @@
 //! What a texture does at eight points.
 
 use super::{PatternProgram, TextureTable};
-use crate::lane::{LANES, Lane, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes};
 use crate::scene::{Color, Finish};
 
 /// The layers of a texture, top layer first.
@@ -30,7 +30,7 @@ pub enum PigmentProgram {
 }
 
 /// Eight colours with filter and transmit.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Colors<L> {
     /// Linear RGB.
     pub rgb: Vec3<L>,
@@ -62,20 +62,23 @@ impl<L: Lane> Colors<L> {
 }
 
 impl LayerProgram {
-    /// The colours of layer `layer` (0 on top) of eight textures that share this program, at `point` (compiled space).
-    pub fn colors<L: Lane>(
+    /// The colours of layer `layer` (0 on top) of eight textures that share this program, at `point` (compiled space), into
+    /// `colors`: they are as large as a ray.
+    #[inline]
+    pub fn paint<L: Lane>(
         &self,
         table: &TextureTable,
         textures: &[u32; LANES],
         layer: usize,
         point: Vec3<L>,
-    ) -> Colors<L> {
-        match &self.pigment {
+        colors: &mut Colors<L>,
+    ) {
+        *colors = match &self.pigment {
             PigmentProgram::Pattern(pattern) => pattern.colors(point),
+            PigmentProgram::Plain if equal_lanes(textures, textures[0]) == !0 => {
+                Colors::splat(&table.textures[textures[0] as usize].colors[layer])
+            }
             PigmentProgram::Plain => {
-                if textures.iter().all(|texture| *texture == textures[0]) {
-                    return Colors::splat(&table.textures[textures[0] as usize].colors[layer]);
-                }
                 let color = |k: usize| &table.textures[textures[k] as usize].colors[layer];
                 Colors {
                     rgb: Vec3::from_fn(|k| color(k).rgb),
@@ -83,6 +86,6 @@ impl LayerProgram {
                     transmit: L::from_fn(|k| L::Scalar::from_f64(color(k).transmit)),
                 }
             }
-        }
+        };
     }
 }

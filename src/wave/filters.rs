@@ -12,6 +12,7 @@ use super::trace::Tracer;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Left, Rays, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes};
+use crate::texture::Colors;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 pub struct Rest<L> {
@@ -196,10 +197,10 @@ fn texture_filter<S: Scalar, B: Scalar>(
         return Vec3::lit(0.0);
     }
     let program = &scene.textures.programs[row.program as usize];
-    let mut filter = Vec3::lit(1.0);
+    let (mut filter, mut colors) = (Vec3::lit(1.0), Colors::default());
     for (number, layer) in program.layers.iter().enumerate() {
-        let through = layer.colors(&scene.textures, &[texture; LANES], number, point).transmittance();
-        filter = filter.mul(through);
+        layer.paint(&scene.textures, &[texture; LANES], number, point, &mut colors);
+        filter = filter.mul(colors.transmittance());
         if caustics != 0.0 {
             filter = filter * (S::Lane::lit(1.0) + cos.pow_const(45.0 * caustics));
         }

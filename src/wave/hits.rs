@@ -6,7 +6,7 @@ use super::queue::{Carriers, Lines, put, put3};
 use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes};
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -114,7 +114,7 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
     }
     // Lanes without a hit repeat one with: nothing that they give is kept.
     let surfaces = query.met(hits);
-    let kinds = each_lane(|k| scene.kinds[surfaces[k] as usize]);
+    let kinds = each_number(&surfaces, |surface| scene.kinds[surface as usize]);
     if kinds == [kinds[0]; LANES] {
         let rows = rows_of(scene, kinds[0], &surfaces);
         return resolve_kind(scene, query, kinds[0], &rows, Mask::from_bits(hits));
@@ -154,7 +154,7 @@ fn rows_of<S: Scalar, B: Scalar>(
         let base = scene.base[usize::from(kind)];
         return each_lane(|k| surfaces[k] - base);
     }
-    each_lane(|k| scene.csg.parts[(surfaces[k] - scene.first_part) as usize].row)
+    each_number(surfaces, |surface| scene.csg.parts[(surface - scene.first_part) as usize].row)
 }
 
 /// Where rays meet surfaces of one kind.
@@ -235,7 +235,7 @@ impl Looks {
         hits: u8,
     ) -> Self {
         let surfaces = query.met(hits);
-        let owner = each_lane(|k| scene.owner[surfaces[k] as usize]);
+        let owner = each_number(&surfaces, |surface| scene.owner[surface as usize]);
         let mut looks = Self {
             owner,
             interior: [0; LANES],
@@ -308,7 +308,7 @@ impl<L: Lane> HitList<L> {
         };
 
         let program = |texture: u32| scene.textures.textures[texture as usize].program;
-        let programs = each_lane(|k| program(looks.texture[k]));
+        let programs = each_number(&looks.texture, program);
         let mut waiting = lanes & !looks.cuts & !looks.blends;
         let mut single = 0u8;
         while waiting != 0 {

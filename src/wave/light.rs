@@ -5,17 +5,6 @@ use crate::lane::{Lane, Mask, Vec3};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
 
-/// A light as eight points see it.
-#[derive(Debug, Clone, Copy)]
-pub struct Incidence<L> {
-    /// Unit directions to the light.
-    pub dir: Vec3<L>,
-    /// How far away it is along `dir`.
-    pub distance: L,
-    /// Its light there, if nothing is in the way.
-    pub light: Vec3<L>,
-}
-
 /// A light ready for lanes.
 #[derive(Debug)]
 pub struct LightProgram {
@@ -94,14 +83,14 @@ impl LightProgram {
         if self.parallel { (-axis, -(distance * dir.dot(axis))) } else { (dir, distance) }
     }
 
-    /// The light at eight points, which have [`LightProgram::towards`].
+    /// Its light at eight points, which have [`LightProgram::towards`], if nothing is in the way.
     #[inline]
-    pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Incidence<L> {
-        let mut light = Vec3::splat(self.color);
-        if self.kind != LightKind::Point || self.fade.is_some() {
-            light = light * self.strength(point, dir, distance);
+    pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Vec3<L> {
+        let light = Vec3::splat(self.color);
+        if self.kind == LightKind::Point && self.fade.is_none() {
+            return light;
         }
-        Incidence { dir, distance, light }
+        light * self.strength(point, dir, distance)
     }
 
     /// What the beam's shape and the distance leave of the light.

@@ -2,13 +2,13 @@
 //! (formulas as measured on POV-Ray 3.7: manual sections 3.4.6.3 finish, 3.4.6.5 interior).
 
 use super::hits::Hit;
-use super::light::{Incidence, LightProgram, grey};
+use super::light::{LightProgram, grey};
 use super::medium::{Crossing, Media};
 use super::queue::{Carriers, Feelers, Queue};
 use super::sums::Sums;
 use crate::compile::Compiled;
 use crate::film::PacketCounts;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes};
 use crate::scene::{Finish, Interior, Reflection, Rgb};
 use crate::texture::{Colors, LayerProgram, Program};
 
@@ -31,7 +31,7 @@ pub struct Emit<'a, L: Lane> {
     pub counts: &'a mut PacketCounts,
 }
 
-/// A layer at the hits, as light meets it.
+/// A layer under others, as light meets it.
 struct LitLayer<'a, L> {
     layer: &'a LayerProgram,
     colors: Colors<L>,
@@ -68,7 +68,9 @@ pub fn shade<S: Scalar, B: Scalar>(
     let mut local = Vec3::lit(0.0);
     let mut filter = Vec3::lit(1.0);
     let mut transmitted = one;
-    let mut lit_layers = Few::new();
+    // Most textures have one layer, which nothing lies over.
+    let (mut top_lit, mut lit_below) = (false, Vec::new());
+    let (mut top_colors, mut below) = (Colors::default(), Colors::default());
     let mut mirrors = Few::new();
     for (number, layer) in program.layers.iter().enumerate() {
         live &= transmitted.gt(adc);
@@ -76,17 +78,20 @@ pub fn shade<S: Scalar, B: Scalar>(
             break;
         }
         let finish = &layer.finish;
-        let colors = layer.colors(&scene.textures, &hit.texture, number, hit.point);
+        let colors = if number == 0 { &mut top_colors } else { &mut below };
+        layer.paint(&scene.textures, &hit.texture, number, hit.point, colors);
         let own = Vec3::splat(finish.ambient * scene.globals.ambient_light + finish.emission);
         let lit = (colors.rgb.mul(own) * colors.opacity()).mul(filter);
         local += Vec3::select(live, lit, Vec3::lit(0.0));
-        if answers_light(finish) {
-            lit_layers.push(LitLayer { layer, colors, filter, live });
+        if answers_light(finish) && number == 0 {
+            top_lit = true;
+        } else if answers_light(finish) {
+            lit_below.push(LitLayer { layer, colors: *colors, filter, live });
         }
 
         let mut reflectivity = None;
         if finish.reflection.is_some() {
-            let mut mirror = reflect_share(finish, &colors, hit, &crossings, transmitted, live);
+            let mut mirror = reflect_share(finish, colors, hit, &crossings, transmitted, live);
             // What is conserved is counted without the film's interference.
             reflectivity = Some(mirror.factor);
             if finish.irid != 0.0 {
@@ -110,21 +115,27 @@ pub fn shade<S: Scalar, B: Scalar>(
     }
 
     emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
-    if lit_layers.first.is_some() {
-        let from_behind = lit_layers.iter().any(|lit| lit.layer.finish.diffuse_back != 0.0);
+    let top = program.layers.first();
+    if top_lit || !lit_below.is_empty() {
+        let from_behind = program.layers.iter().any(|layer| layer.finish.diffuse_back != 0.0);
+        let irid_wavelength = scene.globals.irid_wavelength;
+        let mut lamp = Lamp::default();
         for (number, light) in lights.iter().enumerate() {
-            let Some(lamp) = Lamp::new(light, hit, active, from_behind, &mut emit.counts.answered) else {
+            if !lamp.shine(light, hit, active, from_behind, &mut emit.counts.answered) {
                 continue;
-            };
+            }
             let mut sum = Vec3::lit(0.0);
-            for layer in lit_layers.iter() {
-                let part = direct_light(&lamp, layer, hit, scene.globals.irid_wavelength);
-                sum += Vec3::select(layer.live, part.mul(layer.filter), Vec3::lit(0.0));
+            if let (Some(layer), true) = (top, top_lit) {
+                sum = direct_light(&lamp, &layer.finish, &top_colors, hit, irid_wavelength);
+            }
+            for LitLayer { layer, colors, filter, live } in &lit_below {
+                let part = direct_light(&lamp, &layer.finish, colors, hit, irid_wavelength);
+                sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
             }
             queue_light(&lamp, sum, number, hit, emit);
         }
     }
-    let top = program.layers.first().map(|layer| &layer.finish);
+    let top = top.map(|layer| &layer.finish);
     let inside_out = transmit(scene, hit, active, top, &crossings, (filter, transmitted), emit);
     for mirror in mirrors.iter() {
         reflect(scene, hit, mirror, inside_out, emit);
@@ -149,7 +160,8 @@ impl<L: Lane> Crossings<L> {
     ) -> Self {
         let one = L::lit(1.0);
         let mut crossings = Self { next: [0; LANES], eta: one, leaves: 0, fresnel_ior: one };
-        let opaque = hit.texture.iter().all(|&t| scene.textures.textures[t as usize].opaque);
+        let opaque =
+            each_number(&hit.texture, |t| scene.textures.textures[t as usize].opaque) == [true; LANES];
         if opaque && !program.layers.iter().any(|layer| layer.finish.reflection.fresnel) {
             return crossings;
         }
@@ -198,9 +210,14 @@ impl<T> Few<T> {
 }
 
 /// A light as the hits see it.
-struct Lamp<L> {
+#[derive(Default)]
+struct Lamp<L: Lane> {
     shadowless: bool,
-    incidence: Incidence<L>,
+    /// Unit directions to the light, and how far away it is along them.
+    dir: Vec3<L>,
+    distance: L,
+    /// What arrives if nothing is in the way.
+    light: Vec3<L>,
     /// Cosine between normal and light.
     cos: L,
     /// Bright enough and before the surface, or behind it.
@@ -211,44 +228,37 @@ struct Lamp<L> {
 }
 
 impl<L: Lane> Lamp<L> {
-    /// `None` if none of its light can go to the eye.
+    /// Becomes `light`; false if none of that can go to the eye. (In place: a lamp is large.)
     #[inline(always)]
-    fn new(
+    fn shine(
+        &mut self,
         light: &LightProgram,
         hit: &Hit<L>,
         active: Mask<L>,
         from_behind: bool,
         answered: &mut u64,
-    ) -> Option<Self> {
+    ) -> bool {
         let (dir, distance) = light.towards(hit.point);
         let cos = hit.normal.dot(dir);
         let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
         if front.none() && !from_behind {
-            return None;
+            return false;
         }
-        let incidence = light.at(hit.point, dir, distance);
-        let mut bright = incidence.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
-        let mut free = if light.shadowless { !0 } else { 0 };
+        self.light = light.at(hit.point, dir, distance);
+        let mut bright = self.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        self.free = if light.shadowless { !0 } else { 0 };
         if let Some(buffer) = &light.buffer {
             // What is lit from both sides may stand in its own light.
             let lanes = (bright & front).bits() & !hit.double_illuminate;
             let known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
             *answered += u64::from((known.free | known.blocked).count_ones());
             bright &= !Mask::from_bits(known.blocked);
-            free = known.free;
+            self.free = known.free;
         }
-        if bright.none() {
-            return None;
-        }
-        // Made in place: a lamp is large.
-        Some(Self {
-            shadowless: light.shadowless,
-            incidence,
-            cos,
-            front: bright & front,
-            back: bright & !front,
-            free,
-        })
+        self.shadowless = light.shadowless;
+        (self.dir, self.distance, self.cos) = (dir, distance, cos);
+        (self.front, self.back) = (bright & front, bright & !front);
+        bright.any()
     }
 }
 
@@ -264,12 +274,16 @@ const FAINT_PHONG: f64 = 0.0008;
 
 /// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
 #[inline]
-fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid_wavelength: Rgb) -> Vec3<L> {
+fn direct_light<L: Lane>(
+    lamp: &Lamp<L>,
+    finish: &Finish,
+    colors: &Colors<L>,
+    hit: &Hit<L>,
+    irid_wavelength: Rgb,
+) -> Vec3<L> {
     let none = Vec3::lit(0.0);
-    let (finish, colors) = (&layer.layer.finish, &layer.colors);
     let opacity = colors.opacity();
-    let Lamp { incidence, cos, front: lit, .. } = lamp;
-    let (lit, cos) = (*lit, *cos);
+    let &Lamp { dir, cos, front: lit, .. } = lamp;
     let back = if finish.diffuse_back != 0.0 { lamp.back } else { Mask::none_set() };
     if !(lit | back).any() {
         return none;
@@ -283,7 +297,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
         let mut highlight = L::zero();
         if finish.phong > 0.0 {
             let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
-            let c = mirrored.dot(incidence.dir);
+            let c = mirrored.dot(dir);
             let least = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
             let seen = c.gt(L::lit(least)) & lit;
             if seen.any() {
@@ -291,7 +305,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
             }
         }
         if finish.specular > 0.0 {
-            let half = incidence.dir - hit.dir;
+            let half = dir - hit.dir;
             let length = half.length();
             let c = half.dot(hit.normal) / length;
             let seen = length.gt(L::zero()) & c.gt(L::zero()) & lit;
@@ -310,7 +324,7 @@ fn direct_light<L: Lane>(lamp: &Lamp<L>, layer: &LitLayer<L>, hit: &Hit<L>, irid
         let path = cos.abs() + hit.cos;
         sum = sum.mul(interference(finish, path, irid_wavelength));
     }
-    let sum = sum.mul(incidence.light);
+    let sum = sum.mul(lamp.light);
     Vec3::select(lit | back, sum, none).map(|c| {
         // A NaN would spoil its pixel for good.
         c.equal(c).keep(c)
@@ -400,9 +414,9 @@ fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L
     }
     let queue = &mut emit.shadows[number];
     let feelers = queue.next();
-    hit.leave(lamp.incidence.dir, &mut feelers.lines);
+    hit.leave(lamp.dir, &mut feelers.lines);
     // A light that lies on a surface is not behind it.
-    let distance = lamp.incidence.distance;
+    let distance = lamp.distance;
     let reach = hit.point.abs().max_element() + distance.abs();
     feelers.t_max = distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
     feelers.light = light;
@@ -483,9 +497,13 @@ fn transmit<S: Scalar, B: Scalar>(
 
 /// Lanes whose next ray may still be traced.
 fn depth_left<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, hit: &Hit<S::Lane>) -> Mask<S::Lane> {
+    let may = |level: u16| u32::from(level) < scene.globals.max_trace_level;
+    if hit.level == [hit.level[0]; LANES] {
+        return if may(hit.level[0]) { Mask::all_set() } else { Mask::none_set() };
+    }
     let mut bits = 0;
-    for (k, level) in hit.level.iter().enumerate() {
-        bits |= u8::from(u32::from(*level) < scene.globals.max_trace_level) << k;
+    for (k, &level) in hit.level.iter().enumerate() {
+        bits |= u8::from(may(level)) << k;
     }
     Mask::from_bits(bits)
 }
