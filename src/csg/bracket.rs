@@ -206,11 +206,11 @@ impl Body {
         grown.unwrap_or(Self::Asked)
     }
 
-    /// Where it is along eight rays; `None` if its crossings must be asked for.
+    /// Says where it is along eight rays; false if its crossings must be asked for.
     #[inline(always)]
-    pub(super) fn bracket(&self, rays: &Rays<f32x8>) -> Option<Bracket> {
+    pub(super) fn bracket(&self, rays: &Rays<f32x8>, bracket: &mut Bracket) -> bool {
         let Rays { origin, dir } = *rays;
-        Some(match self {
+        *bracket = match self {
             Self::Ball(center, squares) => {
                 let toward = splat(*center) - origin;
                 let middle = dot(toward, dir);
@@ -242,8 +242,9 @@ impl Body {
                 });
                 Bracket::new(outer, inner)
             }
-            Self::Asked => return None,
-        })
+            Self::Asked => return false,
+        };
+        true
     }
 
     #[inline(always)]
@@ -311,7 +312,8 @@ mod tests {
             let from = rays.origin - Vec3::splat(middle);
             let shift = -from.dot(rays.dir);
             let own = Rays { origin: (from + rays.dir * shift).cast(), dir: rays.dir.cast() };
-            let bracket = body.bracket(&own).expect("a bracket");
+            let mut bracket = Bracket::default();
+            assert!(body.bracket(&own, &mut bracket));
             let roots = block.roots(0, &rays, None);
             let (inside, inf) = (block.starts_inside(0, &rays), f64x8::lit(f64::INFINITY));
             let here = |t: f64x8| (t - shift).to_array();

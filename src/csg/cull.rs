@@ -112,11 +112,12 @@ impl Span {
         self.enter.le(self.leave).bits()
     }
 
-    /// What is left of it between two distances; NaN leaves nothing.
+    /// What is left of it between two distances; NaN bounds nothing.
     #[inline(always)]
     pub(super) fn narrowed(&self, from: f64x8, to: f64x8, slack: f32x8) -> Self {
         let (from, to, pad) = (f32x8::from_f64s(from), f32x8::from_f64s(to), f32x8::lit(DISTANCE_PAD));
-        // The bound second would let NaN lose.
+        // The numbers' own `max` and `min` let NaN lose. (Where NaN ended the stretch, a few rays lost a
+        // polynomial that a plane cuts: scenes/feature/poly.scn.)
         Self {
             enter: self.enter.max(from - (from.abs() * pad + slack)),
             leave: self.leave.min(to + (to.abs() * pad + slack)),
@@ -221,6 +222,20 @@ pub(super) struct PartCrossings {
     pub(super) boundary: [u32; 2],
     /// Lanes that come from inside, infinitely far behind the start.
     pub(super) from_inside: u8,
+}
+
+impl Composite {
+    /// True if none of eight places is within its bounds, widened as for rays.
+    pub(super) fn is_away_from(&self, places: Vec3<f64x8>) -> bool {
+        let slack = max_abs(places) * f64x8::lit(BOUNDS_SLACK);
+        let [low, high] = self.box_around;
+        let mut within = Mask::all_set();
+        for (axis, x) in [places.x, places.y, places.z].into_iter().enumerate() {
+            within &=
+                (x + slack).ge(f64x8::lit(low[axis].into())) & (x - slack).le(f64x8::lit(high[axis].into()));
+        }
+        within.none()
+    }
 }
 
 impl CsgTree {

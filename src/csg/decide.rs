@@ -6,6 +6,7 @@
 
 use super::best::Best;
 use super::bracket::{Bracket, dot, least, most};
+use super::capsule::Beam;
 use super::plan::{Clause, MOST_PARTS, Plan};
 use super::scratch::{PartRoots, Scratch, Sketch};
 use super::{Composite, CsgTree};
@@ -72,7 +73,7 @@ fn bits(mut word: u64) -> impl Iterator<Item = u32> {
 impl Sketch {
     #[inline(always)]
     fn of(&self, part: u32) -> &Bracket {
-        &self.brackets[part as usize]
+        &self.brackets[part as usize & (MOST_PARTS - 1)]
     }
 }
 
@@ -109,7 +110,6 @@ impl CsgTree {
             return Decided { changed: 0, doubt };
         }
         let sketch = &mut scratch.sketch;
-        sketch.brackets.resize(MOST_PARTS, Bracket::default());
         sketch.near = plan.required;
         sketch.crossings.clear();
         sketch.asked.clear();
@@ -121,7 +121,14 @@ impl CsgTree {
                 return Decided { changed: 0, doubt };
             }
         }
-        for part in bits(plan.others) {
+        let beam = Beam::new(&lines.rays, live, plan.size);
+        let mut waiting = 0;
+        for (block, capsules) in
+            self.capsules[plan.capsules.start as usize..plan.capsules.end as usize].iter().enumerate()
+        {
+            waiting |= u64::from(beam.meets(capsules)) << (block * LANES);
+        }
+        for part in bits(waiting & plan.others) {
             if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
                 let toward = Vec3::new(f32x8::splat(x), f32x8::splat(y), f32x8::splat(z)) - foot;
                 let ahead = dot(toward, lines.rays.dir);
@@ -160,7 +167,8 @@ impl CsgTree {
                 away = [!(on & enters), !(on & leaves)];
             }
             let sharp = bracket.inner[0].le(bracket.inner[1]);
-            for (end, away) in ends.into_iter().zip(away) {
+            for k in 0..2 {
+                let (end, away) = (ends[k], away[k]);
                 let wanted = end.meets(low, least(high, nearest.1)) & Mask::from_bits(live & away);
                 if wanted.none() {
                     continue;
@@ -218,15 +226,14 @@ impl CsgTree {
         source: &impl PartRoots,
         sketch: &'a mut Sketch,
     ) -> &'a Bracket {
-        let bracket = self.rules[(first + part) as usize].body.bracket(&lines.rays).unwrap_or_else(|| {
-            let Sketch { crossings, asked, .. } = sketch;
+        let Sketch { crossings, asked, brackets, .. } = sketch;
+        let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
+        if !self.rules[(first + part) as usize].body.bracket(&lines.rays, place) {
             let start = crossings.len();
             source.crossings(first + part, rays, crossings);
             asked.push((first + part, start..crossings.len()));
-            Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
-        });
-        let place = &mut sketch.brackets[part as usize];
-        *place = bracket;
+            *place = Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad);
+        }
         place
     }
 

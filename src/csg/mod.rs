@@ -13,6 +13,7 @@
 mod along;
 mod best;
 mod bracket;
+mod capsule;
 mod cull;
 mod decide;
 mod nearest;
@@ -22,6 +23,7 @@ mod scratch;
 
 pub use best::Best;
 pub use bracket::Body;
+pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 pub use plan::{Clause, Plan, Rule};

@@ -119,8 +119,11 @@ impl CsgTree {
         source: &impl PartRoots,
         scratch: &mut Scratch,
     ) -> Vec<(u32, u8)> {
-        let line = Stretch::new(rays, !0);
         let mut found = Vec::new();
+        if composite.is_away_from(rays.origin) {
+            return found;
+        }
+        let line = Stretch::new(rays, !0);
         let mut along = self.along(composite, rays, source, scratch);
         if !along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0) {
             return found;

@@ -1,6 +1,6 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
-use super::{BoundsBlock, Clause, Plan, Rule, Side};
+use super::{BoundsBlock, Capsules, Clause, Plan, Rule, Side};
 use crate::kernel::Aabb;
 use std::ops::Range;
 
@@ -31,6 +31,8 @@ pub struct CsgTree {
     pub rules: Vec<Rule>,
     /// What [`Rule`] refers to.
     pub clauses: Vec<Clause>,
+    /// What [`Plan`] refers to: around parts, each composite beginning a block.
+    pub capsules: Vec<Capsules>,
 }
 
 /// One composite.

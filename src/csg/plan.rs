@@ -1,9 +1,10 @@
 //! Composites prepared to be decided in single precision: bodies of parts, and when a crossing of each is a surface.
 
 use super::bracket::{Body, PAD};
-use super::{Composite, Constraint, CsgTree, NodeKind, Part};
+use super::capsule::Capsule;
+use super::{Capsules, Composite, Constraint, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Solid};
-use crate::lane::Scalar;
+use crate::lane::{LANES, Scalar};
 use glam::DVec3;
 use std::ops::{Range, RangeInclusive};
 
@@ -33,6 +34,8 @@ pub struct Plan {
     pub(super) middle: DVec3,
     /// and the square of how far that goes.
     pub(super) square: f32,
+    /// How far that goes.
+    pub(super) size: f32,
     /// Rays from farther away are not decided.
     pub(super) farthest: f64,
     /// What crossings in single and double precision may differ by.
@@ -43,6 +46,8 @@ pub struct Plan {
     pub(super) others: u64,
     /// A bit for each part whose surface can be seen.
     pub(super) seen: u64,
+    /// Around all parts, in eights: a stretch of [`CsgTree::capsules`].
+    pub(super) capsules: Range<u32>,
 }
 
 /// What is known of a part when its composite is decided.
@@ -104,10 +109,12 @@ impl CsgTree {
             return None;
         }
         let mut rules = Vec::with_capacity(count);
-        let mut clauses = Vec::new();
+        let (mut clauses, mut capsules) = (Vec::new(), Vec::with_capacity(count));
         for number in composite.parts.clone() {
             let part = &self.parts[number as usize];
-            let body = Body::new(&solid(part).filter(|_| part.solid)?, middle, size);
+            let solid = solid(part).filter(|_| part.solid)?;
+            let body = Body::new(&solid, middle, size);
+            capsules.push(Capsule::around(&solid, part.bounds.intersection(around), size));
             let (all, own) = self.when_seen(part, first)?;
             let start = (self.clauses.len() + clauses.len()) as u32;
             clauses.extend(own);
@@ -126,14 +133,18 @@ impl CsgTree {
         };
         let required = &self.required[composite.required.start as usize..composite.required.end as usize];
         let required = bits(&|number| required.contains(&number));
+        let blocks = self.capsules.len() as u32..(self.capsules.len() + count.div_ceil(LANES)) as u32;
+        self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
         let plan = Plan {
             middle,
+            size: (size * (1.0 + BALL_ROOM)) as f32,
             square: (size * size * (1.0 + BALL_ROOM)) as f32,
             farthest,
             pad: (size * PAD) as f32,
             required,
             others: bits(&|_| true) & !required,
             seen: bits(&|number| self.parts[number as usize].seen),
+            capsules: blocks,
         };
         self.clauses.extend(clauses);
         self.rules[first as usize..first as usize + count].clone_from_slice(&rules);

@@ -2,6 +2,7 @@
 
 use super::bracket::Bracket;
 use super::cull::Near;
+use super::plan::MOST_PARTS;
 use crate::kernel::Rays;
 use crate::lane::f64x8;
 use std::ops::Range;
@@ -34,14 +35,21 @@ pub struct Scratch {
 }
 
 /// Brackets of a composite's parts along eight rays; kept between calls so that nothing is allocated.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Sketch {
     /// By part.
-    pub(super) brackets: Vec<Bracket>,
+    pub(super) brackets: Box<[Bracket; MOST_PARTS]>,
     /// A bit for each part that rays may meet.
     pub(super) near: u64,
     /// Crossings of parts that had to be asked,
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are.
     pub(super) asked: Vec<(u32, Range<usize>)>,
+}
+
+impl Default for Sketch {
+    fn default() -> Self {
+        let brackets = Box::new([Bracket::default(); MOST_PARTS]);
+        Self { brackets, near: 0, crossings: Vec::new(), asked: Vec::new() }
+    }
 }
