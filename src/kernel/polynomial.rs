@@ -19,6 +19,8 @@ use std::sync::Arc;
 pub struct Polynomials<S> {
     frames: Frames<S>,
     polynomial: Vec<Arc<Polynomial>>,
+    /// How each is summed up along rays.
+    steps: Vec<Arc<[Step]>>,
     bounds: Vec<Aabb>,
 }
 
@@ -30,11 +32,66 @@ const REACH: f64 = 1e7;
 /// would lose more than a third of its digits.
 const STEEPEST: f64 = (1u64 << 18) as f64;
 
+/// Quartics that are positive by less than this share of their terms are left to brackets: far more than rounding.
+const SURE_ROOM: f64 = 1.0 / (1u64 << 30) as f64;
+
 /// Rounding of the ends between which roots are looked for, with room; they only save work.
 const RANGE_ROUNDINGS: f64 = 64.0;
 
 /// Steps at most in a bracket: every second step halves it at least, and it holds 53 bits.
 const STEPS: usize = 110;
+
+/// A step of a Horner scheme in z within one in y within one in x, which leaves out what is zero: most coefficients are.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    /// Adds to what is in z.
+    Constant(f64),
+    /// Times the unknown that it is in.
+    TimesZ,
+    TimesY,
+    TimesX,
+    /// Adds what is in z to what is in y, and begins anew in z.
+    ToY,
+    /// The same of y and x.
+    ToX,
+}
+
+/// How a polynomial is summed up.
+fn steps(polynomial: &Polynomial) -> Vec<Step> {
+    let (order, mut coefficients) = (polynomial.order(), polynomial.coefficients().iter());
+    let mut steps = Vec::new();
+    let mut any_x = false;
+    for i in 0..=order {
+        if any_x {
+            steps.push(Step::TimesX);
+        }
+        let mut any_y = false;
+        for j in 0..=i {
+            if any_y {
+                steps.push(Step::TimesY);
+            }
+            let mut any_z = false;
+            for _ in 0..=j {
+                if any_z {
+                    steps.push(Step::TimesZ);
+                }
+                if let Some(&c) = coefficients.next().filter(|c| **c != 0.0) {
+                    steps.push(Step::Constant(c));
+                    any_z = true;
+                }
+            }
+            if any_z {
+                steps.push(Step::ToY);
+                any_y = true;
+            }
+        }
+        if any_y {
+            steps.push(Step::ToX);
+            any_x = true;
+        }
+    }
+    steps
+}
 
 /// A polynomial in one unknown per lane: `c[k]` belongs to the `k`th power, `len` of them are in use.
 #[derive(Debug, Clone, Copy)]
@@ -62,37 +119,49 @@ impl<const N: usize> Univariate<N> {
         self.len += 1;
     }
 
+    /// Adds another, of which nothing is left.
     #[inline(always)]
-    fn add(&mut self, other: &Self) {
+    fn take(&mut self, other: &mut Self) {
         for k in 0..other.len {
-            self.c[k] += other.c[k];
+            self.c[k] = if k < self.len { self.c[k] + other.c[k] } else { other.c[k] };
         }
         self.len = self.len.max(other.len);
+        other.len = 0;
     }
 
-    /// `polynomial` along the line, or what its terms' magnitudes sum to.
-    fn along(polynomial: &Polynomial, origin: Vec3<f64x8>, dir: Vec3<f64x8>, magnitudes: bool) -> Self {
-        let (order, mut coefficients) = (polynomial.order(), polynomial.coefficients().iter());
-        let mut in_x = Self::zero();
-        for i in 0..=order {
-            in_x.times(origin.x, dir.x);
-            let mut in_y = Self::zero();
-            for j in 0..=i {
-                in_y.times(origin.y, dir.y);
-                let mut in_z = Self::zero();
-                for _ in 0..=j {
-                    in_z.times(origin.z, dir.z);
-                    let c = coefficients.next().copied().unwrap_or_default();
-                    if c != 0.0 {
-                        in_z.c[0] += f64x8::splat(if magnitudes { c.abs() } else { c });
-                        in_z.len = in_z.len.max(1);
-                    }
+    /// A polynomial along the line, or what its terms' magnitudes sum to.
+    fn along(steps: &[Step], origin: Vec3<f64x8>, dir: Vec3<f64x8>, magnitudes: bool) -> Self {
+        let (mut in_x, mut in_y, mut in_z) = (Self::zero(), Self::zero(), Self::zero());
+        for step in steps {
+            match *step {
+                Step::Constant(c) => {
+                    let c = f64x8::splat(if magnitudes { c.abs() } else { c });
+                    in_z.c[0] = if in_z.len > 0 { in_z.c[0] + c } else { c };
+                    in_z.len = in_z.len.max(1);
                 }
-                in_y.add(&in_z);
+                Step::TimesZ => in_z.times(origin.z, dir.z),
+                Step::TimesY => in_y.times(origin.y, dir.y),
+                Step::TimesX => in_x.times(origin.x, dir.x),
+                Step::ToY => in_y.take(&mut in_z),
+                Step::ToX => in_x.take(&mut in_y),
             }
-            in_x.add(&in_y);
         }
         in_x
+    }
+
+    /// Lanes in which a quartic is surely of one sign: most rays miss. With the sign of its first coefficient, `c0 + c1 s + a s^2` and
+    /// `b s^2 + c3 s^3 + c4 s^4` are both positive if `c1^2 < 4 a c0` and `c3^2 < 4 b c4`, and `a + b` may be up to `c2`.
+    fn has_one_sign(&self) -> Mask<f64x8> {
+        if N < 5 || self.len != 5 {
+            return Mask::none_set();
+        }
+        let [c0, c1, c2, c3, c4] = [0, 1, 2, 3, 4].map(|k| self.c[k]);
+        let (zero, quarter) = (f64x8::zero(), f64x8::lit(0.25));
+        let sign = c4.lt(zero);
+        let signed = |c: f64x8| sign.select(-c, c);
+        let (c0, c2, c4) = (signed(c0), signed(c2), signed(c4));
+        let needed = (c1 * c1 / c0 + c3 * c3 / c4) * quarter;
+        c0.gt(zero) & c4.gt(zero) & needed.lt(c2 * f64x8::lit(1.0 - SURE_ROOM))
     }
 
     /// Divided by its unknown, in the lanes given, where its constant term counts as 0.
@@ -319,6 +388,12 @@ impl<S: Scalar> Polynomials<S> {
     /// Adds the image of a surface.
     pub fn push(&mut self, world_from_object: &Transform, polynomial: &Arc<Polynomial>) {
         self.frames.push(world_from_object);
+        // Copies of one surface mostly come one after the other.
+        let steps = match (self.polynomial.last(), self.steps.last()) {
+            (Some(last), Some(steps)) if Arc::ptr_eq(last, polynomial) => steps.clone(),
+            _ => steps(polynomial).into(),
+        };
+        self.steps.push(steps);
         self.polynomial.push(polynomial.clone());
         self.bounds.push(Aabb::INFINITE);
     }
@@ -344,7 +419,7 @@ impl<S: Scalar> Polynomials<S> {
         let fine = -near.dot(dir);
         let origin = Vec3::select(on, own.origin, near + dir * fine);
         let base = on.select(f64x8::zero(), coarse + fine);
-        let along = Univariate::along(&self.polynomial[i], origin, dir, false);
+        let along = Univariate::along(&self.steps[i], origin, dir, false);
         // Cauchy's bound of the roots.
         let (lead, rest) = along.c[..along.len].split_last().unwrap_or((&origin.x, &[]));
         let most = rest.iter().fold(f64x8::zero(), |most, c| c.abs().max(most));
@@ -378,10 +453,17 @@ impl<S: Scalar> Polynomials<S> {
             }
         }
         let most = ray.along.len.saturating_sub(1);
+        if looking.is_some() {
+            // (Not so where the start is a root.)
+            lanes &= !ray.along.has_one_sign() | on;
+            if lanes.none() {
+                return SmallVec::new();
+            }
+        }
         let mut starts = [f64x8::lit(f64::NAN); 2];
         if on.any() {
             // The start is a root, and where the slope there is below its rounding it is a double one.
-            let noise = self.slope_noise(i, rays, &own);
+            let noise = self.slope_noise::<N>(i, rays, &own);
             ray.along.divide(on);
             let tangent = on & ray.along.c[0].abs().le(noise);
             ray.along.divide(tangent);
@@ -416,7 +498,7 @@ impl<S: Scalar> Polynomials<S> {
 
     /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
     /// rounding of start and direction make of it, by the magnitudes of its terms.
-    fn slope_noise(&self, i: usize, rays: &Rays<S::Lane>, own: &Rays<f64x8>) -> f64x8 {
+    fn slope_noise<const N: usize>(&self, i: usize, rays: &Rays<S::Lane>, own: &Rays<f64x8>) -> f64x8 {
         let frame = self.frames.at(i);
         let inv = f64x8::lit(1.0) / own.dir.length();
         let tiny = f64x8::lit(f64::MIN_POSITIVE);
@@ -427,12 +509,7 @@ impl<S: Scalar> Polynomials<S> {
         // come of it, those wanted are some and none is negative.
         let dir =
             own.dir.abs() * inv + start * (f64x8::lit(1.0) / most) + turn * (f64x8::lit(1.0) / most_turn);
-        let terms = Univariate::<{ Polynomial::MAX_ORDER + 1 }>::along(
-            &self.polynomial[i],
-            own.origin.abs(),
-            dir,
-            true,
-        );
+        let terms = Univariate::<N>::along(&self.steps[i], own.origin.abs(), dir, true);
         // The sums themselves: as many roundings as a term has factors, and some.
         let roundings = f64x8::lit(8.0 * terms.len as f64 * f64::UNIT_ROUNDOFF);
         terms.c[2] * most + terms.c[1] * (most_turn + roundings)
@@ -538,6 +615,55 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     fn permute(&mut self, order: &[u32]) {
         self.frames.permute(order);
         self.polynomial = order.iter().map(|&i| self.polynomial[i as usize].clone()).collect();
+        self.steps = order.iter().map(|&i| self.steps[i as usize].clone()).collect();
         self.bounds = permuted(&self.bounds, order);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn quartics_of_one_sign_have_no_roots() {
+        // ((s - a)^2 + u) ((s - b)^2 + v): roots where u or v is negative.
+        let (mut told, mut open) = (0, 0);
+        for k in 0..4000 {
+            let digit = |n: u32| f64::from(k / 5u32.pow(n) % 5);
+            let (a, b) = (digit(0) * 0.5 - 1.0, digit(1) * 0.3);
+            let (u, v) = (digit(2) * 0.4 - 0.8, digit(3) * 0.4 - 0.3);
+            let scale = if k % 2 == 0 { 3.0 } else { -0.2 };
+            let (p, q) = ([a * a + u, -2.0 * a, 1.0], [b * b + v, -2.0 * b, 1.0]);
+            let mut c = [f64x8::zero(); 5];
+            for (i, x) in p.iter().enumerate() {
+                for (j, y) in q.iter().enumerate() {
+                    c[i + j] += f64x8::splat(x * y * scale);
+                }
+            }
+            let one_sign = Univariate::<5> { c, len: 5 }.has_one_sign().bits();
+            assert!(one_sign == 0 || (u > 0.0 && v > 0.0), "{a} {u} {b} {v}");
+            told += u32::from(one_sign != 0);
+            open += u32::from(u > 0.0 && v > 0.0 && one_sign == 0);
+        }
+        assert!(told > open, "{told} told, {open} left open");
+    }
+
+    #[test]
+    fn what_is_left_out_is_zero() {
+        // Every coefficient by itself: along (s, 2 s + 1, 3 s - 1) at s = 1 the powers of 1, 3 and 2.
+        for order in [1, 2, 4] {
+            for (place, [i, j, k]) in Polynomial::exponents(order).enumerate() {
+                let mut coefficients = vec![0.0; Polynomial::terms(order)];
+                coefficients[place] = -0.5;
+                *coefficients.last_mut().expect("a constant") += 8.0;
+                let polynomial = Polynomial::new(order, coefficients).expect("sound");
+                let (origin, dir) = (DVec3::new(0.0, 1.0, -1.0), DVec3::new(1.0, 2.0, 3.0));
+                let along =
+                    Univariate::<5>::along(&steps(&polynomial), Vec3::splat(origin), Vec3::splat(dir), false);
+                let expected = 8.0 - 0.5 * 3f64.powi(j as i32) * 2f64.powi(k as i32);
+                assert_eq!(along.value(f64x8::lit(1.0)).to_array()[0], expected, "x^{i} y^{j} z^{k}");
+            }
+        }
     }
 }
