@@ -113,6 +113,13 @@ impl<S: Scalar> Frames<S> {
         self.center[0].len()
     }
 
+    /// The middle of frame `i` in every lane.
+    #[inline(always)]
+    pub fn center(&self, i: usize) -> Vec3<S::Lane> {
+        let c = |k: usize| S::Lane::splat(self.center[k][i]);
+        Vec3::new(c(0), c(1), c(2))
+    }
+
     /// Frame `i` in every lane.
     #[inline(always)]
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
