@@ -3,11 +3,11 @@
 //! Rays that meet one primitive are through with its crossings; where several are in the way, rays go from surface to
 //! surface, nearest first, as which of two surfaces at one place counts is decided there.
 
+use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
-use super::medium::Media;
+use super::medium::{Media, fade_over};
 use super::query::{Query, start_rounding};
 use super::queue::{Feelers, Lines};
-use super::shade::{NO_LIGHT, fade_over};
 use super::trace::Tracer;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Left, Rays, Surfaces};

@@ -2,7 +2,7 @@
 //!
 //! Lists are few and rays many, so lists are kept once and rays carry a number. Number 0 is the empty list.
 
-use crate::scene::Interior;
+use crate::scene::{Interior, Rgb};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
@@ -89,6 +89,18 @@ impl Media {
         self.crossings.insert((list, interior), crossing);
         crossing
     }
+}
+
+/// Share of light left after `distance` in `interior` (manual section 3.4.6.5.4).
+pub fn fade_over(interior: &Interior, distance: f64) -> Rgb {
+    if interior.fade_distance == 0.0 {
+        return Rgb::ONE;
+    }
+    let depth = distance / interior.fade_distance;
+    if interior.fade_power >= 1000.0 {
+        return ((interior.fade_color - Rgb::ONE) * depth).exp();
+    }
+    interior.fade_color + (Rgb::ONE - interior.fade_color) / (1.0 + depth.powf(interior.fade_power))
 }
 
 #[cfg(test)]

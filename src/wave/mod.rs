@@ -6,13 +6,17 @@
 mod area;
 mod camera;
 mod composite;
+mod emit;
 mod enclosing;
 mod filters;
+mod finish;
 mod hits;
+mod lamp;
 mod leaves;
 mod light;
 mod light_buffer;
 mod medium;
+mod onward;
 mod query;
 mod queue;
 mod rows;

@@ -2,11 +2,12 @@
 
 use super::area::{Shared, TileArea};
 use super::camera::{pixel_order, push_camera_rays};
+use super::emit::Emit;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
 use super::query::{GROUP, Query};
 use super::queue::{Carriers, Feelers, Queue};
-use super::shade::{Emit, shade};
+use super::shade::shade;
 use super::shadow::ShadowTracer;
 use super::sums::Sums;
 use super::trace::Tracer;

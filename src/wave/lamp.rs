@@ -1,0 +1,162 @@
+//! One light at eight hits: what of it goes to the eye, and the shadow rays that decide whether it does
+//! (formulas as measured on POV-Ray 3.7: manual section 3.4.6.3).
+
+use super::emit::{Emit, NO_LIGHT};
+use super::finish::{interference, metal};
+use super::hits::Hit;
+use super::light::LightProgram;
+use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::scene::{Finish, Rgb};
+use crate::texture::Colors;
+
+/// A light as the hits see it.
+#[derive(Default)]
+pub struct Lamp<L: Lane> {
+    shadowless: bool,
+    /// Unit directions to the light, and how far away it is along them.
+    dir: Vec3<L>,
+    distance: L,
+    /// What arrives if nothing is in the way.
+    light: Vec3<L>,
+    /// Cosine between normal and light.
+    cos: L,
+    /// Bright enough and before the surface, or behind it.
+    front: Mask<L>,
+    back: Mask<L>,
+    /// Lanes that nothing keeps its light from.
+    free: u8,
+}
+
+impl<L: Lane> Lamp<L> {
+    /// Becomes `light`; false if none of that can go to the eye. (In place: a lamp is large.)
+    #[inline(always)]
+    pub fn shine(
+        &mut self,
+        light: &LightProgram,
+        hit: &Hit<L>,
+        active: Mask<L>,
+        from_behind: bool,
+        answered: &mut u64,
+    ) -> bool {
+        let (dir, distance) = light.towards(hit.point);
+        let cos = hit.normal.dot(dir);
+        let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
+        if front.none() && !from_behind {
+            return false;
+        }
+        self.light = light.at(hit.point, dir, distance);
+        let mut bright = self.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        self.free = if light.shadowless { !0 } else { 0 };
+        if let Some(buffer) = &light.buffer {
+            // What is lit from both sides may stand in its own light.
+            let lanes = (bright & front).bits() & !hit.double_illuminate;
+            let known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
+            *answered += u64::from((known.free | known.blocked).count_ones());
+            bright &= !Mask::from_bits(known.blocked);
+            self.free = known.free;
+        }
+        self.shadowless = light.shadowless;
+        (self.dir, self.distance, self.cos) = (dir, distance, cos);
+        (self.front, self.back) = (bright & front, bright & !front);
+        bright.any()
+    }
+}
+
+/// POV-Ray's least cosine of light that still falls on the front.
+const ALONG_SURFACE: f64 = 1e-10;
+
+/// The cosine at which POV-Ray leaves out highlights of a large exponent, which makes them invisible there.
+const FAINT_PHONG: f64 = 0.0008;
+
+/// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
+#[inline]
+pub fn direct_light<L: Lane>(
+    lamp: &Lamp<L>,
+    finish: &Finish,
+    colors: &Colors<L>,
+    hit: &Hit<L>,
+    irid_wavelength: Rgb,
+) -> Vec3<L> {
+    let none = Vec3::lit(0.0);
+    let opacity = colors.opacity();
+    let &Lamp { dir, cos, front: lit, .. } = lamp;
+    let back = if finish.diffuse_back != 0.0 { lamp.back } else { Mask::none_set() };
+    if !(lit | back).any() {
+        return none;
+    }
+
+    let amount = lit.select(L::lit(finish.diffuse), back.keep(L::lit(finish.diffuse_back)));
+    let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow_const(finish.brilliance) };
+    let mut sum = colors.rgb * (slope * amount * opacity);
+
+    if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
+        let mut highlight = L::zero();
+        if finish.phong > 0.0 {
+            let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
+            let c = mirrored.dot(dir);
+            let least = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
+            let seen = c.gt(L::lit(least)) & lit;
+            if seen.any() {
+                highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));
+            }
+        }
+        if finish.specular > 0.0 {
+            let half = dir - hit.dir;
+            let length = half.length();
+            let c = half.dot(hit.normal) / length;
+            let seen = length.gt(L::zero()) & c.gt(L::zero()) & lit;
+            if seen.any() {
+                let c = seen.keep(c);
+                highlight += seen.keep(c.pow_const(1.0 / finish.roughness) * L::lit(finish.specular));
+            }
+        }
+        let highlight = lit.keep(highlight);
+        sum += match finish.metallic {
+            0.0 => Vec3::new(highlight, highlight, highlight),
+            metallic => metal(cos, colors, metallic) * highlight,
+        };
+    }
+    if finish.irid != 0.0 {
+        let path = cos.abs() + hit.cos;
+        sum = sum.mul(interference(finish, path, irid_wavelength));
+    }
+    let sum = sum.mul(lamp.light);
+    Vec3::select(lit | back, sum, none).map(|c| {
+        // A NaN would spoil its pixel for good.
+        c.equal(c).keep(c)
+    })
+}
+
+/// How near a light is as good as on a surface, in roundings of the coordinates involved: a few each for the point, the
+/// way to the light and the crossing.
+const LIGHT_ROUNDINGS: f64 = 32.0;
+
+/// Sends shadow rays for the light `sum` that could arrive from lamp `number`.
+#[inline]
+pub fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L>, emit: &mut Emit<L>) {
+    let lanes = sum.abs().max_element().gt(L::lit(NO_LIGHT)).bits() & hit.active;
+    if lanes == 0 {
+        return;
+    }
+    let light = sum.mul(hit.throughput);
+    let free = lanes & lamp.free;
+    if free != 0 {
+        emit.sums.add(&hit.sink, light, free);
+    }
+    let lanes = lanes & !free;
+    if lanes == 0 {
+        return;
+    }
+    let queue = &mut emit.shadows[number];
+    let feelers = queue.next();
+    hit.leave(lamp.dir, &mut feelers.lines);
+    // A light that lies on a surface is not behind it.
+    let distance = lamp.distance;
+    let reach = hit.point.abs().max_element() + distance.abs();
+    feelers.t_max = distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
+    feelers.light = light;
+    feelers.sink = hit.sink;
+    feelers.medium = hit.medium;
+    feelers.lanes = lanes;
+    queue.push();
+}
