@@ -80,6 +80,60 @@ fn answers_are_those_of_tracing() {
     }
 }
 
+/// A closed torus of triangles, an open sheet with hills, one with a hole, loose triangles that shade each other, and spheres and a
+/// box among them; a wall that both the sheet and the floor run into.
+const MESHES: &str = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 4 }
+camera { location <-4, 5, -7> look_at <0, 0.5, 0> angle 50 }
+#macro P(U, V) <(1.2 + 0.4*cos(2*pi*V))*cos(2*pi*U), 1.4 + 0.4*sin(2*pi*V), (1.2 + 0.4*cos(2*pi*V))*sin(2*pi*U)> #end
+#macro H(X, Z) <X, 0.15*sin(3*X)*cos(2*Z) + 0.2, Z> #end
+mesh {
+  #for (I, 0, 39) #for (K, 0, 19)
+    triangle { P(I/40, K/20), P((I+1)/40, K/20), P(I/40, (K+1)/20) }
+    triangle { P((I+1)/40, (K+1)/20), P((I+1)/40, K/20), P(I/40, (K+1)/20) }
+  #end #end
+  pigment { rgb <0.9, 0.7, 0.3> } finish { diffuse 0.6 reflection 0.3 }
+}
+mesh {
+  #for (I, -12, 11) #for (K, -12, 11)
+    #if (I*I + K*K > 9)
+      triangle { H(I/4, K/4), H((I+1)/4, K/4), H(I/4, (K+1)/4) }
+      triangle { H((I+1)/4, K/4), H((I+1)/4, (K+1)/4), H(I/4, (K+1)/4) }
+    #end
+  #end #end
+  pigment { rgb <0.4, 0.8, 0.5> } finish { diffuse 0.7, 0.3 }
+}
+#declare S = seed(8);
+#for (I, 0, 59)
+  #local A = <4*rand(S) - 2, 0.5 + 2*rand(S), 4*rand(S) - 2>;
+  triangle { A, A + 0.4*<rand(S), rand(S), rand(S)>, A + 0.4*<rand(S), -rand(S), rand(S)>
+    pigment { rgb rand(S) filter (mod(I, 12) = 0)*0.7 } #if (mod(I, 7) = 0) no_shadow #end }
+#end
+#for (I, 0, 19) sphere { <4*rand(S) - 2, 0.5 + 2*rand(S), 4*rand(S) - 2>, 0.1 pigment { rgb 0.8 } } #end
+box { <2.4, -1, -2>, <2.6, 1.5, 2> pigment { rgb <0.5, 0.6, 0.9> } }
+plane { y, 0 pigment { checker rgb 0.9, rgb 0.5 } }";
+
+#[test]
+fn triangles_answer_as_tracing_does() {
+    let text = format!("{MESHES}\n{LIGHTS}");
+    // Where a triangle is see-through or casts no shadow, sheets tell nothing of the points on them.
+    let opaque =
+        text.replace("filter (mod(I, 12) = 0)*0.7", "").replace("#if (mod(I, 7) = 0) no_shadow #end", "");
+    for (text, least) in [(&text, 0.3), (&opaque, 0.4)] {
+        for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
+            let (traced, _) = picture(text, precision, LightBuffers::Never);
+            let (answered, share) = picture(text, precision, LightBuffers::Always);
+            let differs = |k: &usize| {
+                let (a, b) = (traced.pixels[*k].rgb, answered.pixels[*k].rgb);
+                (0..3).any(|c| !((a[c] - b[c]).abs() <= tolerance))
+            };
+            let over = (0..traced.pixels.len()).filter(differs).count();
+            assert!(over <= outlines, "{over} pixels in {precision:?}");
+            // With the few cells of so small a picture.
+            assert!(share > least, "{share} answered in {precision:?}");
+        }
+    }
+}
+
 #[test]
 fn lights_without_a_place_have_none() {
     let lights = "light_source { <3, 8, 5>, 0.5 parallel point_at 0 }

@@ -41,7 +41,8 @@ pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
 
-use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
+use glam::DVec3;
 
 /// Eight rays with unit directions.
 #[derive(Debug, Clone, Copy, Default)]
@@ -274,6 +275,19 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
 
     /// Primitive `i` as a body; `None` where its surface is not all of the boundary, or not a boundary at all.
     fn solid(&self, _i: usize) -> Option<Solid> {
+        None
+    }
+
+    /// The corners of primitive `i`, if it is a triangle.
+    #[inline(always)]
+    fn corners(&self, _i: usize) -> Option<[DVec3; 3]> {
+        None
+    }
+
+    /// The corners' coordinates of triangles `4 * four` to `4 * four + 3`, if they are triangles. Rows past the end hold
+    /// anything.
+    #[inline(always)]
+    fn corners_in_four(&self, _four: usize) -> Option<[[f64; QUAD]; 9]> {
         None
     }
 

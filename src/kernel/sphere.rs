@@ -90,7 +90,11 @@ fn near_crossings<S: Scalar>(
     let f = less_four(center, origin);
     let b = dot_four(f, dir);
     let l = less_four(f, dir.map(|d| d * b));
-    let half_chord = (radius * radius - dot_four(l, l)).sqrt();
+    let square = radius * radius - dot_four(l, l);
+    if left == 0 && S::Quad::default().le(square).bits() == 0 {
+        return (S::Quad::default(), 0);
+    }
+    let half_chord = square.sqrt();
     let mut q = b + half_chord.copysign(b);
     let mut near = (dot_four(f, f) - radius * radius) / q;
     if left != 0 {

@@ -5,7 +5,7 @@ use super::{
     Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, in_four,
     less_four, permuted,
 };
-use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` flat triangles: columns `corner` (3 corners x 3) and `normal` (3, unit, along the cross product of the edges
@@ -373,6 +373,17 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         Surfaces { point, normal, u, v, ..Default::default() }
     }
 
+    #[inline(always)]
+    fn corners(&self, i: usize) -> Option<[DVec3; 3]> {
+        Some(self.corners_of(i))
+    }
+
+    #[inline(always)]
+    fn corners_in_four(&self, four: usize) -> Option<[[f64; QUAD]; 9]> {
+        let Four(columns) = &self.fours[four];
+        Some(std::array::from_fn(|k| columns[k].map(S::to_f64)))
+    }
+
     /// Exact: the corners themselves.
     fn bounds(&self, i: usize) -> Aabb {
         let Four(columns) = &self.fours[i / 4];
@@ -485,6 +496,15 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
         let blend = n0 * (S::Lane::lit(1.0) - flat.u - flat.v) + n1 * flat.u + n2 * flat.v;
         let sound = blend.dot(blend).gt(S::Lane::zero());
         Surfaces { normal: Vec3::select(sound, blend.normalize(), flat.normal), ..flat }
+    }
+    #[inline(always)]
+    fn corners(&self, i: usize) -> Option<[DVec3; 3]> {
+        self.flat.corners(i)
+    }
+
+    #[inline(always)]
+    fn corners_in_four(&self, four: usize) -> Option<[[f64; QUAD]; 9]> {
+        self.flat.corners_in_four(four)
     }
 
     fn bounds(&self, i: usize) -> Aabb {

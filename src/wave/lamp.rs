@@ -5,6 +5,10 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
+use super::light_buffer::Ways;
+use super::query::start_rounding;
+use crate::compile::Compiled;
+use crate::kernel::Rays;
 use crate::lane::{Lane, Mask, Scalar, Vec3};
 use crate::scene::{Finish, Rgb};
 use crate::texture::Colors;
@@ -30,8 +34,9 @@ pub struct Lamp<L: Lane> {
 impl<L: Lane> Lamp<L> {
     /// Becomes `light`; false if none of that can go to the eye. (In place: a lamp is large.)
     #[inline(always)]
-    pub fn shine(
+    pub fn shine<S: Scalar<Lane = L>, B: Scalar>(
         &mut self,
+        scene: &Compiled<S, B>,
         light: &LightProgram,
         hit: &Hit<L>,
         active: Mask<L>,
@@ -50,7 +55,12 @@ impl<L: Lane> Lamp<L> {
         if let Some(buffer) = &light.buffer {
             // What is lit from both sides may stand in its own light.
             let lanes = (bright & front).bits() & !hit.double_illuminate;
-            let known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
+            let mut known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
+            if known.listed != 0 {
+                let rays = Rays { origin: hit.point, dir };
+                let limits = (start_rounding(&hit.point), before_light(hit, distance));
+                buffer.ask(scene, &Ways { rays: &rays, limits, left: &hit.surface }, &mut known);
+            }
             *answered += u64::from((known.free | known.blocked).count_ones());
             bright &= !Mask::from_bits(known.blocked);
             self.free = known.free;
@@ -131,6 +141,13 @@ pub fn direct_light<L: Lane>(
 /// way to the light and the crossing.
 const LIGHT_ROUNDINGS: f64 = 32.0;
 
+/// How far shadow rays from `hit` look: a light that lies on a surface is not behind it.
+#[inline(always)]
+fn before_light<L: Lane>(hit: &Hit<L>, distance: L) -> L {
+    let reach = hit.point.abs().max_element() + distance.abs();
+    distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
+}
+
 /// Sends shadow rays for the light `sum` that could arrive from lamp `number`.
 #[inline]
 pub fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L>, emit: &mut Emit<L>) {
@@ -150,10 +167,7 @@ pub fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &H
     let queue = &mut emit.shadows[number];
     let feelers = queue.next();
     hit.leave(lamp.dir, &mut feelers.lines);
-    // A light that lies on a surface is not behind it.
-    let distance = lamp.distance;
-    let reach = hit.point.abs().max_element() + distance.abs();
-    feelers.t_max = distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF);
+    feelers.t_max = before_light(hit, lamp.distance);
     feelers.light = light;
     feelers.sink = hit.sink;
     feelers.medium = hit.medium;

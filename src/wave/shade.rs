@@ -92,7 +92,8 @@ pub fn shade<S: Scalar, B: Scalar>(
         let irid_wavelength = scene.globals.irid_wavelength;
         let mut lamp = Lamp::default();
         for (number, light) in lights.iter().enumerate() {
-            if !lamp.shine(light, hit, active, from_behind, &mut emit.counts.answered) {
+            let answered = &mut emit.counts.answered;
+            if !lamp.shine(scene, light, hit, active, from_behind, answered) {
                 continue;
             }
             let mut sum = Vec3::lit(0.0);

@@ -17,6 +17,8 @@ pub(super) struct Caster {
     pub surface: SurfaceId,
     /// A convex solid that stops all light.
     pub blocks: bool,
+    /// Stops all light.
+    pub opaque: bool,
 }
 
 /// A half space whose boundary casts a shadow.
@@ -28,13 +30,15 @@ pub(super) struct HalfSpace {
 }
 
 /// Everything in a scene that casts shadows.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Casters {
     pub(super) all: Vec<Caster>,
+    /// By kind of triangles, the rows that are opaque: these are not among them.
+    pub(super) triangles: [(Kind, Vec<bool>); 2],
     pub(super) planes: Vec<HalfSpace>,
     /// Nothing else without bounds.
     pub(super) complete: bool,
-    /// Around all that has bounds.
+    /// Around all that has bounds, at least.
     pub(super) bounds: Option<Aabb>,
 }
 
@@ -47,27 +51,50 @@ fn is_convex(kind: Kind) -> bool {
 /// With fewer casters a shadow ray takes no longer than to look it up.
 const FEWEST: usize = 64;
 
-/// Whether most casters are convex solids, and many, but no more than pixels. (Points on others are mostly in doubt: what they
-/// lie on, or its next piece, is near.)
+/// More triangles a pixel than this take longer to draw than the buffer saves: 500 instructions or so each, where a
+/// shadow ray among them takes a thousand to trace.
+const TRIANGLES_A_PIXEL: f64 = 0.5;
+
+/// Whether most casters are convex solids or triangles, and many, but not more than pixels. (Points on others are mostly in doubt:
+/// what they lie on, or its next piece, is near.)
 pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize) -> bool {
-    let (mut all, mut convex) = (scene.csg.composites.len(), 0);
+    let (mut all, mut convex, mut triangles) = (scene.csg.composites.len(), 0, 0);
     for &kind in Kind::ALL {
         let rows = scene.columns.len(kind);
         all += rows;
-        convex += if is_convex(kind) { rows } else { 0 };
+        match kind {
+            Kind::Triangle | Kind::SmoothTriangle => triangles += rows,
+            _ if is_convex(kind) => convex += rows,
+            _ => {}
+        }
     }
-    convex >= FEWEST.max(all / 2) && all <= pixels
+    let few = all <= pixels && triangles as f64 <= TRIANGLES_A_PIXEL * pixels as f64;
+    convex + triangles >= FEWEST.max(all / 2) && few
 }
 
 impl Casters {
     /// Those of `scene`.
     pub fn of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Self {
-        let mut casters = Self { complete: true, ..Self::default() };
+        let mut casters = Self {
+            all: Vec::new(),
+            // A long triangle may stand in several leaves.
+            triangles: [Kind::Triangle, Kind::SmoothTriangle]
+                .map(|kind| (kind, vec![false; scene.columns.len(kind)])),
+            planes: Vec::new(),
+            complete: true,
+            bounds: None,
+        };
         let wanted = class::BLOCKS | class::FILTERS;
         for node in &scene.bvh.nodes {
             for &leaf in node.child.iter().filter(|child| child.is_leaf() && **child != Child::NONE) {
                 scene.bvh.for_each_run(leaf, |run| {
                     if run.class & wanted == 0 {
+                        return;
+                    }
+                    let mut triangles = casters.triangles.iter_mut();
+                    let of_kind = triangles.find(|(kind, _)| *kind as u8 == run.kind);
+                    if let (true, Some((_, opaque))) = (run.class & class::BLOCKS != 0, of_kind) {
+                        opaque[run.first as usize..][..run.len as usize].fill(true);
                         return;
                     }
                     for row in run.first..run.first + run.len {
@@ -88,15 +115,15 @@ impl Casters {
                 }
             }
         }
-        casters.bounds = casters.all.iter().map(|caster| caster.bounds).reduce(Aabb::union);
+        casters.bounds = (!scene.bvh.nodes.is_empty()).then_some(scene.bvh.bounds);
         casters
     }
 }
 
-fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> Caster {
+pub(super) fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> Caster {
     if run.kind == COMPOSITE {
         let bounds = scene.csg.composites[row as usize].bounds;
-        return Caster { bounds, kind: COMPOSITE, row, surface: NO_SURFACE, blocks: false };
+        return Caster { bounds, kind: COMPOSITE, row, surface: NO_SURFACE, blocks: false, opaque: false };
     }
     let kind = Kind::ALL[usize::from(run.kind)];
     let convex = is_convex(kind);
@@ -106,6 +133,7 @@ fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> 
         row,
         surface: if convex { scene.base[usize::from(run.kind)] + row } else { NO_SURFACE },
         blocks: convex && run.class & class::BLOCKS != 0,
+        opaque: run.class & class::BLOCKS != 0,
     }
 }
 

@@ -2,33 +2,50 @@
 //! a shadow-testing accelerator).
 //!
 //! Around each point light lies a cube of cells. A cell knows how near the first thing may be that could stand in a
-//! way through it, and beyond which depth one convex solid blocks all of it. Most points are nearer than the one or
-//! farther than the other: their shadow rays need not be traced. The answers are those that tracing would give; cells
-//! in doubt say nothing.
+//! way through it, and beyond which depth all of it is blocked: by one convex solid, or by triangles that leave no gap. Most
+//! points are nearer than the one or farther than the other. Of those between, the ones on a single sheet of
+//! triangles with nothing before it are lit, and others are held against the few things that the cell lists. The
+//! answers are those that tracing would give; of what is left nothing is said.
 
+mod among;
 mod casters;
+mod cell;
 mod raster;
+mod seen;
+mod sheet;
 
+pub use among::Ways;
 pub use casters::{Casters, are_worth_it};
 pub use raster::fill;
 
-use crate::compile::{NO_SURFACE, SurfaceId};
+use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+use crate::kernel::View;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes};
+use among::{Candidate, meets};
 use casters::Region;
 use glam::DVec3;
+use std::ops::Range;
 
 /// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(16))]
 struct Cell {
     /// Before this nothing is in the way.
     near: f32,
     /// The same without the convex surface `nearest`, which is never in the way of its own front.
     near_but_one: f32,
+    /// Or [`SHEET`]: triangles that are not in each other's way.
     nearest: SurfaceId,
     /// Beyond this all is blocked.
     blocked: f32,
+    /// Where the list begins of what may stand in between, or [`NO_LIST`].
+    first: u32,
+    len: u32,
 }
+
+/// See [`Cell::nearest`].
+const SHEET: SurfaceId = NO_SURFACE - 1;
+/// See [`Cell::first`].
+const NO_LIST: u32 = u32::MAX;
 
 impl Cell {
     /// Nothing is in it.
@@ -37,6 +54,8 @@ impl Cell {
         near_but_one: f32::INFINITY,
         nearest: NO_SURFACE,
         blocked: f32::INFINITY,
+        first: NO_LIST,
+        len: 0,
     };
 }
 
@@ -61,6 +80,10 @@ pub struct LightBuffer {
     location: DVec3,
     faces: [Face; FACES],
     cells: Vec<Cell>,
+    /// Their lists.
+    candidates: Vec<Candidate>,
+    /// Surfaces of triangles, all of which are part of what the cells tell as sheets.
+    sheets: [Range<SurfaceId>; 2],
     /// Convex regions that the light is in and whose surface may block: a way within them all meets none of those.
     regions: Vec<Region>,
     /// Nothing unknown stands anywhere, so that an empty cell is free.
@@ -74,6 +97,11 @@ pub struct Known {
     pub free: u8,
     /// Lanes that no light reaches.
     pub blocked: u8,
+    /// Lanes that are one or the other, as [`LightBuffer::ask`] tells.
+    pub listed: u8,
+    /// Their cells, and their depths there.
+    cell: [u32; LANES],
+    depth: [f32; LANES],
 }
 
 impl LightBuffer {
@@ -117,25 +145,50 @@ impl LightBuffer {
             let here = row.trunc() * columns + column.trunc() + L::lit(f64::from(face.first));
             number = Mask::from_bits(same).select(here, number);
         }
-        let mut known = Known { free: lanes & !within, blocked: 0 };
+        let mut known = Known { free: lanes & !within, ..Known::default() };
         let (number, depth) = (number.to_array(), depth.to_array());
         for k in bits(within) {
-            let Some(cell) = self.cells.get(number[k].to_f64() as usize) else { continue };
-            let own = cell.nearest == surface[k] && outside >> k & 1 == 1;
+            let number = number[k].to_f64() as u32;
+            let Some(cell) = self.cells.get(number as usize) else { continue };
+            let own = if cell.nearest == SHEET {
+                self.sheets.iter().any(|sheets| sheets.contains(&surface[k]))
+            } else {
+                cell.nearest == surface[k] && outside >> k & 1 == 1
+            };
             let near = if own { cell.near_but_one } else { cell.near };
             let depth = depth[k].to_f64() as f32;
-            known.free |= u8::from(depth < near) << k;
-            known.blocked |= u8::from(depth > cell.blocked) << k;
+            let (free, blocked) = (depth < near, depth > cell.blocked);
+            known.free |= u8::from(free) << k;
+            known.blocked |= u8::from(blocked) << k;
+            known.listed |= u8::from(!free && !blocked && cell.first != NO_LIST) << k;
+            (known.cell[k], known.depth[k]) = (number, depth);
         }
+        let mut open = known.free | known.listed;
         if !self.complete {
-            known.free = 0;
+            open = 0;
         }
         for region in &self.regions {
-            if known.free == 0 {
+            if open == 0 {
                 break;
             }
-            known.free &= region.holds(point) | equal_lanes(surface, region.surface);
+            open &= region.holds(point) | equal_lanes(surface, region.surface);
         }
+        known.free &= open;
+        known.listed &= open;
         known
+    }
+
+    /// Tells the lanes that [`LightBuffer::look`] left to the lists.
+    #[inline]
+    pub fn ask<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, ways: &Ways<S>, known: &mut Known) {
+        let view = if scene.has_triangles() { View::along(ways.rays.dir) } else { View::default() };
+        for k in bits(known.listed) {
+            let Some(cell) = self.cells.get(known.cell[k] as usize) else { continue };
+            let all = cell.first as usize..cell.first as usize + cell.len as usize;
+            let candidates = self.candidates.get(all).unwrap_or_default();
+            let blocked = meets(scene, candidates, ways, (&view, k), known.depth[k]);
+            known.free |= u8::from(!blocked) << k;
+            known.blocked |= u8::from(blocked) << k;
+        }
     }
 }

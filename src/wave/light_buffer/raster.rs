@@ -1,90 +1,35 @@
 //! Fills the cells around a light: of each caster, the cells that its box can be seen through, and those that a convex solid
 //! fills.
 
-use super::casters::{Caster, Casters, Region};
+use super::casters::{Caster, Casters, Region, caster};
+use super::cell::{Entry, Settle, TRIANGLE};
+use super::seen::{Facet, Outline, Seen, relative};
+use super::sheet::{Figure, Figures};
 use super::{Cell, FACES, Face, LightBuffer};
-use crate::compile::{Compiled, WithBlock};
+use crate::bvh::Run;
+use crate::compile::{Compiled, Kind, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
-use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
+use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, f64x8};
 use glam::DVec3;
 
 /// What columns, points and depths may be off by, in roundings of the scene's reach: a few each for a point on a surface, the
 /// light's place and a crossing.
 const ROUNDINGS: f64 = 64.0;
 /// Cells are held in single precision: depths are kept off by so many parts.
-const DEPTH_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
+pub(super) const DEPTH_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 /// What a point's place in its cell may be off by, in cells: two roundings of single precision in a few hundred.
-const CELL_ROUNDING: f64 = 1e-3;
+pub(super) const CELL_ROUNDING: f64 = 1e-3;
 /// What a point's place at depth 1 may be off by, in roundings; cells are not made finer than that allows.
 const ACROSS_ROUNDINGS: f64 = 8.0;
 /// Faces go a little beyond the cube's edges, so that a point that rounding puts on the next face finds what is there.
-const EDGE: f64 = 1.0 + 1e-3;
+pub(super) const EDGE: f64 = 1.0 + 1e-3;
 /// All casters of one light are drawn into at most so many times as many cells as there are, by coarser cells if need be.
 const OVERDRAW: usize = 16;
 
-/// A caster as the light sees it through one face.
-struct Outline {
-    /// Least and greatest coordinate across and up, at depth 1.
-    across: [f64; 2],
-    up: [f64; 2],
-    /// Least depth.
-    near: f64,
-    /// The box relative to the light, across and up: least and greatest.
-    sides: [[f64; 2]; 2],
-}
-
 /// Axes and direction of a face: along, across, up, and whether it looks the negative way.
-fn axes(face: usize) -> (usize, usize, usize, bool) {
+pub(super) fn axes(face: usize) -> (usize, usize, usize, bool) {
     let along = face / 2;
     (along, (along + 1) % 3, (along + 2) % 3, face % 2 == 1)
-}
-
-impl Outline {
-    /// Of a box from `min` to `max` relative to the light, which is outside of it; `None` if it is not seen through
-    /// `face`.
-    fn through(face: usize, min: DVec3, max: DVec3) -> Option<Self> {
-        let (along, across, up, backward) = axes(face);
-        let (nearest, farthest) =
-            if backward { (-max[along], -min[along]) } else { (min[along], max[along]) };
-        let sides = [across, up].map(|axis| [min[axis], max[axis]]);
-        // Within the face nothing is farther across than along.
-        let off = |[low, high]: [f64; 2]| if low > 0.0 { low } else { (-high).max(0.0) };
-        let near = nearest.max(off(sides[0]) / EDGE).max(off(sides[1]) / EDGE);
-        if near <= 0.0 || near > farthest {
-            return None;
-        }
-        let seen = |[low, high]: [f64; 2]| {
-            let low = low / if low < 0.0 { near } else { farthest };
-            let high = high / if high > 0.0 { near } else { farthest };
-            [low.max(-EDGE), high.min(EDGE)]
-        };
-        Some(Self { across: seen(sides[0]), up: seen(sides[1]), near, sides })
-    }
-
-    /// The cells it is seen through: first and last column, first and last row.
-    fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
-        let range = |[low, high]: [f64; 2], corner: f64, most: u32| {
-            let place = |x: f64, by: f64| ((x - corner) * face.scale + by).max(0.0) as u32;
-            [place(low, -CELL_ROUNDING), place(high, CELL_ROUNDING)].map(|cell| cell.min(most - 1))
-        };
-        [range(self.across, face.corner[0], face.columns), range(self.up, face.corner[1], face.rows)]
-    }
-
-    /// The least depth at which the box's side number `side` can be met in cell number `cell` along it.
-    fn depth_in(&self, side: usize, cell: u32, face: &Face) -> f64 {
-        let place = |edge: f64| face.corner[side] + edge / face.scale;
-        let [low, high] = self.sides[side];
-        let (first, last) = (f64::from(cell) - CELL_ROUNDING, f64::from(cell + 1) + CELL_ROUNDING);
-        if low > 0.0 {
-            let last = place(last);
-            if last > 0.0 { low / last } else { f64::INFINITY }
-        } else if high < 0.0 {
-            let first = place(first);
-            if first < 0.0 { high / first } else { f64::INFINITY }
-        } else {
-            0.0
-        }
-    }
 }
 
 /// The light's buffer at `location`.
@@ -100,6 +45,8 @@ pub fn fill<S: Scalar, B: Scalar>(
         location,
         faces: [Face::default(); FACES],
         cells: Vec::new(),
+        candidates: Vec::new(),
+        sheets: [0..0, 0..0],
         regions: Vec::new(),
         complete: casters.complete,
     };
@@ -111,9 +58,9 @@ pub fn fill<S: Scalar, B: Scalar>(
     }
 
     // What is seen through each face.
-    let mut seen: [Vec<(u32, Outline)>; FACES] = Default::default();
-    for (number, caster) in casters.all.iter().enumerate() {
-        let (min, max) = (caster.bounds.min - location - slack, caster.bounds.max - location + slack);
+    let mut seen: [Seen; FACES] = Default::default();
+    for (number, caster) in (0..).zip(&casters.all) {
+        let (min, max) = relative(caster, location, slack);
         if min.max(-max).max_element() <= 0.0 {
             match Region::within(caster, location, slack) {
                 Some(region) => buffer.regions.push(region),
@@ -122,37 +69,152 @@ pub fn fill<S: Scalar, B: Scalar>(
             continue;
         }
         for (face, seen) in seen.iter_mut().enumerate() {
-            seen.extend(Outline::through(face, min, max).map(|outline| (number as u32, outline)));
+            seen.add(face, number, (min, max));
         }
     }
+    // Triangles that are part of sheets, and others.
+    let mut others = Vec::new();
+    for (kind, opaque) in &casters.triangles {
+        let base = scene.base[*kind as usize];
+        let each = EachTriangle { opaque, base, location, slack, seen: &mut seen };
+        others
+            .extend(scene.columns.with(*kind as u8, each).into_iter().map(|row| triangle(scene, *kind, row)));
+    }
+    for (number, caster) in (casters.all.len() as u32..).zip(&others) {
+        let (min, max) = relative(caster, location, slack);
+        if min.max(-max).max_element() <= 0.0 {
+            buffer.complete = false;
+            continue;
+        }
+        for (face, seen) in seen.iter_mut().enumerate() {
+            seen.add(face, number, (min, max));
+        }
+    }
+    buffer.sheets = [0, 1].map(|k| {
+        let (kind, opaque) = &casters.triangles[k];
+        let first = scene.base[*kind as usize];
+        first..first + if opaque.iter().all(|&opaque| opaque) { opaque.len() as u32 } else { 0 }
+    });
+    let all = [&casters.all[..], &others[..]].concat();
     lay_out(&mut buffer, &seen, cells, S::UNIT_ROUNDOFF);
     for (number, seen) in seen.iter().enumerate() {
         let face = buffer.faces[number];
-        let cells = &mut buffer.cells[face.first as usize..][..(face.columns * face.rows) as usize];
-        let mut entries = Vec::new();
-        for (caster, outline) in seen {
-            let caster = &casters.all[*caster as usize];
+        let settle = Settle { scene, casters: &all, facets: &seen.facets, face: &face };
+        let mut entries = Entries::default();
+        let mut corners = Vec::new();
+        for (caster, outline) in &seen.outlines {
+            let (name, caster) = (*caster, &all[*caster as usize]);
             let places = outline.cells(&face);
-            draw(caster, outline, &face, places, slack, cells);
+            draw(name, outline, &face, places, slack, &mut entries);
             if caster.blocks {
                 let light = Light { location, face: number, slack };
-                block(scene, caster, &light, &face, places, (&mut entries, cells));
+                block(scene, caster, &light, &face, places, (&mut corners, &mut entries));
             }
         }
+        entries.0.reserve(seen.drawn(&face) as usize);
+        for (number, facet) in (0..).zip(&seen.facets) {
+            let [[left, right], [low, high]] = facet.cells(&face);
+            let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
+            for row in low..=high {
+                for column in left..=right {
+                    entries.0.push((row * face.columns + column, entry));
+                }
+            }
+        }
+        entries.settle(&settle, &mut buffer);
     }
     buffer
 }
 
+/// Row `row` of a kind of triangles.
+fn triangle<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, kind: Kind, row: u32) -> Caster {
+    let run = Run { kind: kind as u8, class: class::BLOCKS, last: true, len: 1, first: row };
+    caster(scene, &run, row)
+}
+
+/// Shows the light triangles that are seen well within one face; returns the rows of the rest.
+struct EachTriangle<'a> {
+    opaque: &'a [bool],
+    base: SurfaceId,
+    location: DVec3,
+    slack: f64,
+    seen: &'a mut [Seen; FACES],
+}
+
+impl<S: Scalar> WithBlock<S> for EachTriangle<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) -> Vec<u32> {
+        let Self { opaque, base, location, slack, seen } = self;
+        let (mut rest, opaque_rows) = (Vec::new(), opaque.len());
+        for (four, opaque) in opaque.chunks(QUAD).enumerate() {
+            let Some(corners) = block.corners_in_four(four) else { return rest };
+            let all = Figures::of(&corners, location);
+            for (k, _) in opaque.iter().enumerate().filter(|(_, opaque)| **opaque) {
+                let row = (four * QUAD + k) as u32;
+                let (face, depths, figure) = if all.within >> k & 1 == 1 {
+                    (all.face, all.depths.map(|depths| depths[k]), all.figure(k))
+                } else {
+                    // Perhaps another face's.
+                    let corners = block.corners(row as usize).map(|three| three.map(|at| at - location));
+                    let Some(seen) = corners.and_then(Figure::of) else {
+                        rest.push(row);
+                        continue;
+                    };
+                    seen
+                };
+                let near = (depths[0] * (1.0 - DEPTH_ROUNDING) - slack) as f32;
+                let far = (depths[1] * (1.0 + DEPTH_ROUNDING) + slack) as f32;
+                let facets = &mut seen[face].facets;
+                if facets.is_empty() {
+                    // Mostly all are seen through one face; what is not written to is not there.
+                    facets.reserve(opaque_rows);
+                }
+                seen[face].push(Facet { surface: base + row, near, far, figure });
+            }
+        }
+        rest
+    }
+}
+
+/// What is drawn into the cells of one face, in any order.
+#[derive(Default)]
+struct Entries(Vec<(u32, Entry)>);
+
+impl Entries {
+    /// Settles all cells of a face.
+    fn settle<S: Scalar, B: Scalar>(self, how: &Settle<S, B>, buffer: &mut LightBuffer) {
+        let face = how.face;
+        let count = (face.columns * face.rows) as usize;
+        // By cell: where its entries begin.
+        let mut start = vec![0u32; count + 1];
+        for (cell, _) in &self.0 {
+            start[*cell as usize + 1] += 1;
+        }
+        for cell in 0..count {
+            start[cell + 1] += start[cell];
+        }
+        let mut sorted = vec![Entry { near: 0.0, far: 0.0, what: 0 }; self.0.len()];
+        for (cell, entry) in &self.0 {
+            let place = &mut start[*cell as usize];
+            sorted[*place as usize] = *entry;
+            *place += 1;
+        }
+        // Now each is where the next begins.
+        let mut first = 0;
+        for (cell, end) in (0..count as u32).zip(start) {
+            let entries = &mut sorted[first..end as usize];
+            first = end as usize;
+            let place = (cell % face.columns, cell / face.columns);
+            buffer.cells[(face.first + cell) as usize] = how.cell(entries, place, &mut buffer.candidates);
+        }
+    }
+}
+
 /// Spreads cells over what is seen through the faces.
-fn lay_out(buffer: &mut LightBuffer, seen: &[Vec<(u32, Outline)>; FACES], cells: usize, roundoff: f64) {
-    let both = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-    let frames: Vec<Option<[[f64; 2]; 2]>> = seen
-        .iter()
-        .map(|seen| {
-            let outlines = seen.iter().map(|(_, outline)| [outline.across, outline.up]);
-            outlines.reduce(|a, b| [both(a[0], b[0]), both(a[1], b[1])])
-        })
-        .collect();
+fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundoff: f64) {
+    let frames: Vec<_> = seen.iter().map(Seen::frame).collect();
     let area = |[across, up]: &[[f64; 2]; 2]| (across[1] - across[0]) * (up[1] - up[0]);
     let whole: f64 = frames.iter().flatten().map(area).sum();
     let finest = CELL_ROUNDING / (ACROSS_ROUNDINGS * roundoff);
@@ -181,21 +243,18 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Vec<(u32, Outline)>; FACES], cells:
 }
 
 /// How many cells all casters of a light are drawn into.
-fn drawn(buffer: &LightBuffer, seen: &[Vec<(u32, Outline)>; FACES]) -> f64 {
-    let count = |[first, last]: [u32; 2]| f64::from(last - first + 1);
-    let faces = buffer.faces.iter().zip(seen);
-    let places = faces.flat_map(|(face, seen)| seen.iter().map(|(_, outline)| outline.cells(face)));
-    places.map(|[columns, rows]| count(columns) * count(rows)).sum()
+fn drawn(buffer: &LightBuffer, seen: &[Seen; FACES]) -> f64 {
+    buffer.faces.iter().zip(seen).map(|(face, seen)| seen.drawn(face)).sum()
 }
 
 /// Tells the cells that a caster is seen through how near it may be.
 fn draw(
-    caster: &Caster,
+    number: u32,
     outline: &Outline,
     face: &Face,
     places: [[u32; 2]; 2],
     slack: f64,
-    cells: &mut [Cell],
+    entries: &mut Entries,
 ) {
     let [[left, right], [low, high]] = places;
     for row in low..=high {
@@ -203,15 +262,8 @@ fn draw(
         for column in left..=right {
             let near = near.max(outline.depth_in(0, column, face));
             let near = (near * (1.0 - DEPTH_ROUNDING) - slack) as f32;
-            let cell = &mut cells[(row * face.columns + column) as usize];
-            if caster.surface == cell.nearest {
-                cell.near = cell.near.min(near);
-            } else if near < cell.near {
-                cell.near_but_one = cell.near;
-                (cell.near, cell.nearest) = (near, caster.surface);
-            } else {
-                cell.near_but_one = cell.near_but_one.min(near);
-            }
+            let entry = Entry { near, far: f32::INFINITY, what: number };
+            entries.0.push((row * face.columns + column, entry));
         }
     }
 }
@@ -234,7 +286,7 @@ fn block<S: Scalar, B: Scalar>(
     light: &Light,
     face: &Face,
     places: [[u32; 2]; 2],
-    (entries, cells): (&mut Vec<f64>, &mut [Cell]),
+    (depths, entries): (&mut Vec<f64>, &mut Entries),
 ) {
     let [[left, right], [low, high]] = places;
     if right - left < 2 || high - low < 2 {
@@ -243,7 +295,12 @@ fn block<S: Scalar, B: Scalar>(
     let (_, across, up, backward) = axes(light.face);
     let columns = (right - left + 2) as usize;
     let corners = columns * (high - low + 2) as usize;
-    entries.clear();
+    // What has just been drawn, cell by cell.
+    let Some(drawn) = entries.0.len().checked_sub(((right - left + 1) * (high - low + 1)) as usize) else {
+        return;
+    };
+    let mut drawn = entries.0[drawn..].iter_mut();
+    depths.clear();
     for first in (0..corners).step_by(LANES) {
         let place = |side: usize, edge: u32| face.corner[side] + f64::from(edge) / face.scale;
         let corner = |k: usize| (first + k) % columns;
@@ -254,31 +311,30 @@ fn block<S: Scalar, B: Scalar>(
         let length = dir.length();
         let rays =
             Rays { origin: Vec3::splat(light.location), dir: (dir * (f64x8::lit(1.0) / length)).cast() };
-        let t = scene.columns.with(caster.kind, Entry { row: caster.row as usize, rays: &rays });
-        entries.extend_from_slice(&(t.to_f64s() / length).to_array());
+        let t = scene.columns.with(caster.kind, Pierce { row: caster.row as usize, rays: &rays });
+        depths.extend_from_slice(&(t.to_f64s() / length).to_array());
     }
     for row in low..=high {
         for column in left..=right {
+            let Some((_, entry)) = drawn.next() else { return };
             let corner = (row - low) as usize * columns + (column - left) as usize;
-            let four = [corner, corner + 1, corner + columns, corner + columns + 1].map(|c| entries[c]);
+            let four = [corner, corner + 1, corner + columns, corner + columns + 1].map(|c| depths[c]);
             if four.iter().any(|depth| depth.is_nan()) {
                 continue;
             }
             let depth = four.into_iter().fold(0.0, f64::max);
-            let depth = (depth * (1.0 + DEPTH_ROUNDING) + light.slack) as f32;
-            let cell = &mut cells[(row * face.columns + column) as usize];
-            cell.blocked = cell.blocked.min(depth);
+            entry.far = (depth * (1.0 + DEPTH_ROUNDING) + light.slack) as f32;
         }
     }
 }
 
 /// Where eight rays first meet a primitive; NaN where they do not.
-struct Entry<'a, L> {
+struct Pierce<'a, L> {
     row: usize,
     rays: &'a Rays<L>,
 }
 
-impl<S: Scalar> WithBlock<S> for Entry<'_, S::Lane> {
+impl<S: Scalar> WithBlock<S> for Pierce<'_, S::Lane> {
     type Output = S::Lane;
 
     fn block<K: Block<S>>(self, block: &K) -> S::Lane {

@@ -1,0 +1,169 @@
+//! From what is seen through a cell to what is known of it.
+
+use super::among::{Candidate, is_listed, list, row_of};
+use super::casters::Caster;
+use super::raster::CELL_ROUNDING;
+use super::seen::Facet;
+use super::sheet::{Layer, Window};
+use super::{Cell, Face, NO_LIST, SHEET};
+use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+use crate::lane::Scalar;
+
+/// Something that is seen through a cell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    /// Least depth at which it can be met.
+    pub near: f32,
+    /// Of a triangle, its greatest depth; of others, the depth beyond which it blocks all of the cell by itself.
+    pub far: f32,
+    /// A caster's number, or [`TRIANGLE`] and a facet's.
+    pub what: u32,
+}
+
+/// Marks [`Entry::what`] of triangles that are held to be part of sheets.
+pub(super) const TRIANGLE: u32 = 1 << 31;
+
+/// From so many entries on they are put in order: else there might be as many looks at them as there are entries.
+const SORTED: usize = 256;
+/// Behind so many layers with gaps none without is sought.
+const LAYERS: usize = 3;
+
+/// What cells are settled from.
+pub(super) struct Settle<'a, S: Scalar, B: Scalar> {
+    pub scene: &'a Compiled<S, B>,
+    /// What entries name.
+    pub casters: &'a [Caster],
+    pub facets: &'a [Facet],
+    pub face: &'a Face,
+}
+
+impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
+    /// What `entries` tell of the cell in a column and row.
+    pub fn cell(&self, entries: &mut [Entry], place: (u32, u32), candidates: &mut Vec<Candidate>) -> Cell {
+        if entries.is_empty() {
+            return Cell::EMPTY;
+        }
+        let mut cell = Cell::EMPTY;
+        let mut triangles = false;
+        for entry in &*entries {
+            let surface = self.surface(entry);
+            if surface != NO_SURFACE && surface == cell.nearest {
+                cell.near = cell.near.min(entry.near);
+            } else if entry.near < cell.near {
+                cell.near_but_one = cell.near;
+                (cell.near, cell.nearest) = (entry.near, surface);
+            } else {
+                cell.near_but_one = cell.near_but_one.min(entry.near);
+            }
+            if entry.what & TRIANGLE == 0 {
+                cell.blocked = cell.blocked.min(entry.far);
+            } else {
+                triangles = true;
+            }
+        }
+        if triangles {
+            self.cover(&mut cell, entries, place);
+        }
+        if cell.nearest != SHEET {
+            self.list(&mut cell, entries, candidates);
+        }
+        cell
+    }
+
+    /// The surface of a convex caster.
+    fn surface(&self, entry: &Entry) -> SurfaceId {
+        if entry.what & TRIANGLE != 0 {
+            return NO_SURFACE;
+        }
+        self.casters.get(entry.what as usize).map_or(NO_SURFACE, |caster| caster.surface)
+    }
+
+    /// Looks for triangles that cover the cell together.
+    fn cover(&self, cell: &mut Cell, entries: &mut [Entry], (column, row): (u32, u32)) {
+        let place = |side: usize, edge: f64| self.face.corner[side] + edge / self.face.scale;
+        let low = [f64::from(column), f64::from(row)].map(|edge| edge - CELL_ROUNDING);
+        let high = [f64::from(column), f64::from(row)].map(|edge| edge + (1.0 + CELL_ROUNDING));
+        let window = Window {
+            low: [place(0, low[0]), place(1, low[1])],
+            high: [place(0, high[0]), place(1, high[1])],
+        };
+        // Those that lie one behind the other without a gap in depth are one layer. Mostly two or three looks at them find
+        // it; in order one does.
+        if entries.len() > SORTED {
+            entries.sort_unstable_by(|a, b| a.near.total_cmp(&b.near).then(a.what.cmp(&b.what)));
+        }
+        let (mut first, mut rest) = (true, entries);
+        for _ in 0..LAYERS {
+            let mut far = f32::NEG_INFINITY;
+            let least = rest.iter().map(|entry| entry.near).fold(f32::INFINITY, f32::min);
+            if rest.is_empty() || least >= cell.blocked {
+                return;
+            }
+            let (mut count, mut limit) = (0, least);
+            while {
+                let before = count;
+                for k in before..rest.len() {
+                    if rest[k].near <= limit {
+                        if rest[k].what & TRIANGLE != 0 {
+                            far = far.max(rest[k].far);
+                            limit = limit.max(far);
+                        }
+                        rest.swap(count, k);
+                        count += 1;
+                    }
+                }
+                count > before
+            } {}
+            let (layer, others) = rest.split_at_mut(count);
+            if self.covers(cell, layer, far, &window, first) {
+                return;
+            }
+            (first, rest) = (false, others);
+        }
+    }
+
+    /// Whether the triangles of a layer leave no gap: then the cell is dark behind it.
+    fn covers(&self, cell: &mut Cell, layer: &[Entry], far: f32, window: &Window, first: bool) -> bool {
+        let (mut sum, mut alone) = (Layer::default(), true);
+        for entry in layer {
+            if entry.what & TRIANGLE == 0 {
+                alone = false;
+                continue;
+            }
+            if let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) {
+                sum.add(&facet.figure, window);
+            }
+        }
+        let Some(count) = sum.everywhere().filter(|&count| count > 0) else { return false };
+        cell.blocked = cell.blocked.min(far);
+        if count == 1 && alone && first {
+            cell.nearest = SHEET;
+            cell.near_but_one = far;
+        }
+        true
+    }
+
+    /// Lists what may be in the way of points that are not told otherwise, if it is not too much.
+    fn list(&self, cell: &mut Cell, entries: &[Entry], candidates: &mut Vec<Candidate>) {
+        let first = candidates.len();
+        for entry in entries.iter().filter(|entry| entry.near <= cell.blocked) {
+            let (listed, row) = if entry.what & TRIANGLE != 0 {
+                let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) else { return };
+                (true, row_of(self.scene, facet.surface))
+            } else {
+                let Some(caster) = self.casters.get(entry.what as usize) else { return };
+                (is_listed(caster), (caster.kind, caster.row))
+            };
+            if !listed || !list(candidates, first, row, entry.near) {
+                candidates.truncate(first);
+                return;
+            }
+        }
+        candidates[first..].sort_unstable_by(Candidate::order);
+        let Ok(len) = u32::try_from(candidates.len() - first) else { return };
+        (cell.first, cell.len) = match u32::try_from(first) {
+            Ok(first) => (first, len),
+            Err(_) => (NO_LIST, 0),
+        };
+    }
+}
