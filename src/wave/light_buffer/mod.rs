@@ -20,7 +20,7 @@ pub use raster::fill;
 
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes, f32x8};
 use among::{Candidate, meets};
 use casters::Region;
 use glam::DVec3;
@@ -146,22 +146,27 @@ impl LightBuffer {
             number = Mask::from_bits(same).select(here, number);
         }
         let mut known = Known { free: lanes & !within, ..Known::default() };
-        let (number, depth) = (number.to_array(), depth.to_array());
-        for k in bits(within) {
-            let number = number[k].to_f64() as u32;
-            let Some(cell) = self.cells.get(number as usize) else { continue };
-            let own = if cell.nearest == SHEET {
-                self.sheets.iter().any(|sheets| sheets.contains(&surface[k]))
-            } else {
-                cell.nearest == surface[k] && outside >> k & 1 == 1
-            };
-            let near = if own { cell.near_but_one } else { cell.near };
-            let depth = depth[k].to_f64() as f32;
-            let (free, blocked) = (depth < near, depth > cell.blocked);
-            known.free |= u8::from(free) << k;
-            known.blocked |= u8::from(blocked) << k;
-            known.listed |= u8::from(!free && !blocked && cell.first != NO_LIST) << k;
-            (known.cell[k], known.depth[k]) = (number, depth);
+        if within != 0 {
+            let (number, depth) = (number.to_array(), f32x8::from_f64s(depth.to_f64s()));
+            let (mut near, mut dark, mut listed) = ([0.0; LANES], [0.0; LANES], 0);
+            for k in 0..LANES {
+                // Lanes that are not within have any number.
+                known.cell[k] = number[k].to_f64() as u32;
+                let cell = self.cells.get(known.cell[k] as usize).unwrap_or(&Cell::EMPTY);
+                let own = if cell.nearest == SHEET {
+                    self.sheets.iter().any(|sheets| sheets.contains(&surface[k]))
+                } else {
+                    cell.nearest == surface[k] && outside >> k & 1 == 1
+                };
+                near[k] = if own { cell.near_but_one } else { cell.near };
+                dark[k] = cell.blocked;
+                listed |= u8::from(cell.first != NO_LIST) << k;
+            }
+            let free = depth.lt(f32x8::from(near)).bits() & within;
+            known.blocked = depth.gt(f32x8::from(dark)).bits() & within;
+            known.listed = listed & within & !free & !known.blocked;
+            known.free |= free;
+            known.depth = depth.to_array();
         }
         let mut open = known.free | known.listed;
         if !self.complete {

@@ -11,6 +11,7 @@ use crate::compile::{Compiled, Kind, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, f64x8};
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// What columns, points and depths may be off by, in roundings of the scene's reach: a few each for a point on a surface, the
 /// light's place and a crossing.
@@ -95,12 +96,15 @@ pub fn fill<S: Scalar, B: Scalar>(
         let first = scene.base[*kind as usize];
         first..first + if opaque.iter().all(|&opaque| opaque) { opaque.len() as u32 } else { 0 }
     });
-    let all = [&casters.all[..], &others[..]].concat();
+    let all = match &others[..] {
+        [] => Cow::Borrowed(&casters.all[..]),
+        others => Cow::Owned([&casters.all[..], others].concat()),
+    };
     lay_out(&mut buffer, &seen, cells, S::UNIT_ROUNDOFF);
     for (number, seen) in seen.iter().enumerate() {
         let face = buffer.faces[number];
         let settle = Settle { scene, casters: &all, facets: &seen.facets, face: &face };
-        let mut entries = Entries::default();
+        let mut entries = Entries(Vec::with_capacity(seen.drawn(&face) as usize));
         let mut corners = Vec::new();
         for (caster, outline) in &seen.outlines {
             let (name, caster) = (*caster, &all[*caster as usize]);
@@ -111,7 +115,6 @@ pub fn fill<S: Scalar, B: Scalar>(
                 block(scene, caster, &light, &face, places, (&mut corners, &mut entries));
             }
         }
-        entries.0.reserve(seen.drawn(&face) as usize);
         for (number, facet) in (0..).zip(&seen.facets) {
             let [[left, right], [low, high]] = facet.cells(&face);
             let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
@@ -179,7 +182,6 @@ impl<S: Scalar> WithBlock<S> for EachTriangle<'_> {
 }
 
 /// What is drawn into the cells of one face, in any order.
-#[derive(Default)]
 struct Entries(Vec<(u32, Entry)>);
 
 impl Entries {
