@@ -10,6 +10,7 @@
 
 mod aabb;
 mod aabox;
+mod coin;
 mod cone;
 mod disc;
 mod ellipsoid;
@@ -25,6 +26,7 @@ mod solid;
 mod sphere;
 mod torus;
 mod triangle;
+mod univariate;
 
 pub use aabb::Aabb;
 pub use aabox::Boxes;

@@ -1,0 +1,98 @@
+//! Bounds of a torus in single precision: whether rays surely miss it, or leave it for good.
+
+use super::Rays;
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
+use crate::scene::Transform;
+use glam::DMat3;
+
+/// A torus in single precision, by its bounds: its bounding sphere between two planes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coin {
+    /// The map into own space.
+    rows: [[f32; 3]; 3],
+    pub(super) major: f32,
+    pub(super) minor: f32,
+    /// The map is so little stretched, and the middle so near, that single precision tells.
+    pub(super) sound: bool,
+}
+
+/// Maps stretched by more than this (Frobenius norms of map and inverse multiplied, 3 of one that is not stretched) are left to
+/// double precision, and so are tori farther from the origin than [`COIN_FARTHEST`] times their size.
+const COIN_STRETCH: f64 = 64.0;
+
+/// See [`COIN_STRETCH`]. What double precision makes of a start is then off by less than 2^-24.
+const COIN_FARTHEST: f64 = (1u64 << 24) as f64;
+
+/// What a coin is wider by than the bounds in double precision, squared: [`COIN_ROOM`], and this share of the start's distance `M`,
+/// squared. Places near the middle are off by up to `(6 COIN_STRETCH + 10) u M`; what is added is at least `0.7 sqrt(u) M`, seven
+/// times as much.
+const COIN_ROUNDINGS: f64 = 64.0 * f32::UNIT_ROUNDOFF;
+
+/// Rays that leave the outer half of a torus by more than this (places and directions of length 1, in own space) leave it also in
+/// double precision: several times what [`COIN_STRETCH`] makes of roundings.
+const LEAVING: f64 = 1.0 / 8192.0;
+
+/// See [`COIN_ROUNDINGS`].
+const COIN_ROOM: f64 = 1.0 / 512.0;
+
+#[inline(always)]
+fn dot(a: Vec3<f32x8>, b: Vec3<f32x8>) -> f32x8 {
+    a.x.fused(b.x, a.y.fused(b.y, a.z * b.z))
+}
+
+impl Coin {
+    pub(super) fn new(world_from_object: &Transform, major: f64, minor: f64) -> Self {
+        let size = major + minor;
+        let map = world_from_object.inverse.matrix3 * (1.0 / size);
+        let norm = |m: DMat3| (0..3).map(|k| m.row(k).length_squared()).sum::<f64>().sqrt();
+        let stretch = norm(map) * norm(world_from_object.forward.matrix3 * size);
+        let distance = norm(map) * world_from_object.forward.translation.length();
+        Self {
+            // As in own space: the object's y and z change places.
+            rows: [0, 2, 1].map(|k| map.row(k).to_array().map(|x| x as f32)),
+            major: (major / size) as f32,
+            minor: (minor / size) as f32,
+            sound: stretch <= COIN_STRETCH && distance <= COIN_FARTHEST,
+        }
+    }
+
+    /// Rays in own space that are given from the middle.
+    #[inline(always)]
+    pub(super) fn own<L: Lane>(&self, rays: &Rays<L>, middle: Vec3<L>) -> Rays<f32x8> {
+        let rows = self.rows.map(|[x, y, z]| Vec3::new(f32x8::splat(x), f32x8::splat(y), f32x8::splat(z)));
+        let own = |v: Vec3<f32x8>| Vec3::new(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v));
+        Rays { origin: own((rays.origin - middle).cast()), dir: own(rays.dir.cast()) }
+    }
+
+    /// Lanes that leave the outer half, which is on the convex hull: they do not come back.
+    #[inline(always)]
+    pub(super) fn leaves(&self, own: &Rays<f32x8>) -> Mask<f32x8> {
+        let Rays { origin: o, dir: d } = *own;
+        let radius = o.x.fused(o.x, o.y * o.y).sqrt();
+        let off = radius - f32x8::splat(self.major);
+        let slope = off * o.x.fused(d.x, o.y * d.y) / radius + o.z * d.z;
+        let room = f32x8::lit(LEAVING);
+        off.gt(room) & slope.gt(dot(d, d).sqrt() * room)
+    }
+
+    /// Lanes that may meet it, between two distances.
+    #[inline(always)]
+    pub(super) fn may_meet(&self, own: &Rays<f32x8>, from: f32x8, to: f32x8) -> Mask<f32x8> {
+        let Rays { origin: o, dir: d } = *own;
+        let inv = f32x8::lit(1.0) / dot(d, d);
+        let closest = -dot(o, d) * inv;
+        let at = |o: f32x8, d: f32x8| d.fused(closest, o);
+        let near = Vec3::new(at(o.x, d.x), at(o.y, d.y), at(o.z, d.z));
+        let room = dot(o, o).fused(f32x8::lit(COIN_ROUNDINGS), f32x8::lit(COIN_ROOM));
+        let half_chord = ((f32x8::lit(BOUND) + room - dot(near, near)) * inv).sqrt(); // NaN beyond the sphere
+        let reach = near.z.abs() - d.z.abs() * half_chord;
+        reach.le(f32x8::splat(self.minor) + room)
+            & (closest + half_chord).ge(from)
+            & (closest - half_chord).le(to)
+    }
+}
+
+/// A ray is culled if it stays farther from the middle than this, squared, or from the torus' plane than `minor` and
+/// this less 1: enough above 1 that a ray through a tangent point, which is a root on the bounding sphere, is not
+/// lost to rounding. It costs time only.
+pub(super) const BOUND: f64 = 1.0 + 1.0 / 1024.0;
