@@ -105,6 +105,13 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
         self.bvh.bytes() + columns + tables
     }
 
+    /// Kind and row of a surface that is no part of a composite.
+    #[inline(always)]
+    pub fn row_of(&self, surface: SurfaceId) -> (u8, u32) {
+        let kind = self.kinds[surface as usize];
+        (kind, surface - self.base[usize::from(kind)])
+    }
+
     /// True if it has triangles, whose tests want a ray's view.
     pub fn has_triangles(&self) -> bool {
         self.columns.len(Kind::Triangle) + self.columns.len(Kind::SmoothTriangle) > 0

@@ -63,16 +63,6 @@ pub struct Map {
     rows: [[f32; 3]; 3],
 }
 
-#[inline(always)]
-fn splat(v: [f32; 3]) -> Vec3<f32x8> {
-    Vec3::new(f32x8::splat(v[0]), f32x8::splat(v[1]), f32x8::splat(v[2]))
-}
-
-#[inline(always)]
-pub(super) fn dot(a: Vec3<f32x8>, b: Vec3<f32x8>) -> f32x8 {
-    a.x.fused(b.x, a.y.fused(b.y, a.z * b.z))
-}
-
 /// The smaller; the second where either is NaN.
 #[inline(always)]
 pub(super) fn least(a: f32x8, b: f32x8) -> f32x8 {
@@ -98,9 +88,10 @@ impl Map {
 
     #[inline(always)]
     fn rays(&self, rays: &Rays<f32x8>) -> Rays<f32x8> {
-        let rows = self.rows.map(splat);
-        let apply = |v: Vec3<f32x8>| Vec3::new(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v));
-        Rays { origin: apply(rays.origin - splat(self.center)), dir: apply(rays.dir) }
+        let rows = self.rows.map(Vec3::broadcast);
+        let apply =
+            |v: Vec3<f32x8>| Vec3::new(rows[0].fused_dot(v), rows[1].fused_dot(v), rows[2].fused_dot(v));
+        Rays { origin: apply(rays.origin - Vec3::broadcast(self.center)), dir: apply(rays.dir) }
     }
 }
 
@@ -212,29 +203,32 @@ impl Body {
         let Rays { origin, dir } = *rays;
         *bracket = match self {
             Self::Ball(center, squares) => {
-                let toward = splat(*center) - origin;
-                let middle = dot(toward, dir);
+                let toward = Vec3::broadcast(*center) - origin;
+                let middle = toward.fused_dot(dir);
                 let across = along(toward, dir, -middle);
-                let square = dot(across, across);
+                let square = across.fused_dot(across);
                 Bracket::chord(middle, squares.map(|s| f32x8::splat(s) - square))
             }
             Self::Ellipsoid(map, squares) => {
                 let own = map.rays(rays);
-                let inv = f32x8::lit(1.0) / dot(own.dir, own.dir);
-                let middle = -dot(own.origin, own.dir) * inv;
+                let inv = f32x8::lit(1.0) / own.dir.fused_dot(own.dir);
+                let middle = -own.origin.fused_dot(own.dir) * inv;
                 let across = along(own.origin, own.dir, middle);
-                let square = dot(across, across);
+                let square = across.fused_dot(across);
                 Bracket::chord(middle, squares.map(|s| (f32x8::splat(s) - square) * inv))
             }
-            Self::Box(grown, shrunk) => Bracket::slabs(rays, [grown.map(splat), shrunk.map(splat)]),
+            Self::Box(grown, shrunk) => {
+                Bracket::slabs(rays, [grown.map(Vec3::broadcast), shrunk.map(Vec3::broadcast)])
+            }
             Self::OrientedBox(map, half) => {
-                let corners = half.map(|half| [-splat(half), splat(half)]);
+                let corners = half.map(|half| [-Vec3::broadcast(half), Vec3::broadcast(half)]);
                 Bracket::slabs(&map.rays(rays), corners)
             }
             Self::Cylinder(map, squares, ends) => Self::cylinder(&map.rays(rays), squares, ends),
             Self::HalfSpace(normal, ats) => {
-                let (normal, zero, inf) = (splat(*normal), f32x8::zero(), f32x8::lit(f64::INFINITY));
-                let (start, climb) = (dot(normal, origin), dot(normal, dir) + zero);
+                let (normal, zero, inf) =
+                    (Vec3::broadcast(*normal), f32x8::zero(), f32x8::lit(f64::INFINITY));
+                let (start, climb) = (normal.fused_dot(origin), normal.fused_dot(dir) + zero);
                 let down = climb.lt(zero);
                 let [outer, inner] = ats.map(|at| {
                     let t = (f32x8::splat(at) - start) / climb;
@@ -251,7 +245,7 @@ impl Body {
     fn cylinder(own: &Rays<f32x8>, squares: &[f32; 2], ends: &[f32; 2]) -> Bracket {
         let Rays { origin: o, dir: d } = *own;
         let flat = d.x.fused(d.x, d.y * d.y);
-        let slanted = flat.gt(dot(d, d) * f32x8::lit(ALONG_AXIS));
+        let slanted = flat.gt(d.fused_dot(d) * f32x8::lit(ALONG_AXIS));
         let inv = slanted.select(f32x8::lit(1.0) / flat, f32x8::lit(ENDLESS));
         let middle = slanted.keep(-o.x.fused(d.x, o.y * d.y) * inv);
         let (x, y) = (d.x.fused(middle, o.x), d.y.fused(middle, o.y));
@@ -276,19 +270,15 @@ mod tests {
     use crate::random::Random;
     use crate::scene::Transform;
 
-    fn point(random: &mut Random) -> DVec3 {
-        DVec3::from_array(random.point(1.0))
-    }
-
     /// Crossings in double precision lie where the brackets say, and the brackets are narrow.
     fn check<B: Block<f64>>(push: impl Fn(&mut B, &mut Random, &Transform)) {
         let mut numbers = Random::new(1);
         let (mut crossed, mut wide) = (0, 0);
         for round in 0..400 {
-            let place = Transform::rotate(point(&mut numbers) * 180.0)
-                .then(&Transform::scale(point(&mut numbers) * 0.3 + DVec3::splat(0.5)))
-                .then(&Transform::rotate(point(&mut numbers) * 180.0))
-                .then(&Transform::translate(point(&mut numbers) + DVec3::splat(5.0)));
+            let place = Transform::rotate(numbers.vector(1.0) * 180.0)
+                .then(&Transform::scale(numbers.vector(1.0) * 0.3 + DVec3::splat(0.5)))
+                .then(&Transform::rotate(numbers.vector(1.0) * 180.0))
+                .then(&Transform::translate(numbers.vector(1.0) + DVec3::splat(5.0)));
             let mut block = B::default();
             push(&mut block, &mut numbers, &place);
             let solid = block.solid(0).expect("a body");
@@ -300,9 +290,9 @@ mod tests {
                     let dir = match lane {
                         0 => DVec3::X,
                         1 => place.vector(DVec3::Y).normalize(),
-                        _ => point(&mut numbers).normalize(),
+                        _ => numbers.vector(1.0).normalize(),
                     };
-                    (middle + point(&mut numbers) - dir * far, dir)
+                    (middle + numbers.vector(1.0) - dir * far, dir)
                 })
                 .collect();
             let rays = Rays::<f64x8> {
@@ -354,19 +344,19 @@ mod tests {
         });
         check::<Ellipsoids<f64>>(|block, _, place| block.push(place));
         check::<Boxes<f64>>(|block, n, place| {
-            let half = DVec3::splat(0.5) + point(n) * 0.4;
+            let half = DVec3::splat(0.5) + n.vector(1.0) * 0.4;
             let middle = place.point(DVec3::ZERO);
             block.push(middle - half, middle + half);
         });
         check::<OrientedBoxes<f64>>(|block, n, place| {
-            let half = DVec3::splat(0.5) + point(n) * 0.4;
+            let half = DVec3::splat(0.5) + n.vector(1.0) * 0.4;
             block.push(place, -half, half);
         });
         check::<Cylinders<f64>>(|block, n, place| {
-            block.push(place, (point(n) * 0.3, 0.4), (DVec3::Y * 0.8 + point(n) * 0.3, 0.4));
+            block.push(place, (n.vector(1.0) * 0.3, 0.4), (DVec3::Y * 0.8 + n.vector(1.0) * 0.3, 0.4));
         });
         check::<Planes<f64>>(|block, n, place| {
-            block.push(place, point(n).normalize(), 0.2 * n.between(-1.0, 1.0))
+            block.push(place, n.vector(1.0).normalize(), 0.2 * n.between(-1.0, 1.0))
         });
     }
 }

@@ -105,11 +105,6 @@ pub(super) struct Beam {
     slack: f32x8,
 }
 
-#[inline(always)]
-fn dot(a: Vec3<f32x8>, b: Vec3<f32x8>) -> f32x8 {
-    a.x.fused(b.x, a.y.fused(b.y, a.z * b.z))
-}
-
 impl Beam {
     /// Around the rays of `lanes` (not none), given by their points nearest to a middle, within `size` of there.
     #[inline(always)]
@@ -121,13 +116,13 @@ impl Beam {
             let mean = |x: &f32x8| (x.lanes()[first] + x.lanes()[last]) * 0.5;
             [mean(&v.x), mean(&v.y), mean(&v.z)]
         };
-        let splat = |v: [f32; 3]| Vec3::new(f32x8::splat(v[0]), f32x8::splat(v[1]), f32x8::splat(v[2]));
-        let (from, dir) = (splat(between(&rays.origin)), splat(between(&rays.dir)));
+        let from = Vec3::<f32x8>::broadcast(between(&rays.origin));
+        let dir = Vec3::<f32x8>::broadcast(between(&rays.dir));
         let (away, turned) = (rays.origin - from, rays.dir - dir);
-        let room = dot(away, away).sqrt() + dot(turned, turned).sqrt() * f32x8::splat(size);
+        let room = away.fused_dot(away).sqrt() + turned.fused_dot(turned).sqrt() * f32x8::splat(size);
         let room = highest(Mask::from_bits(lanes).select(room, f32x8::zero()));
         // NaN of rays that go opposite ways: they meet everything.
-        let dir = dir * (f32x8::lit(1.0) / dot(dir, dir).sqrt());
+        let dir = dir * (f32x8::lit(1.0) / dir.fused_dot(dir).sqrt());
         Self {
             from,
             dir,
@@ -144,15 +139,15 @@ impl Beam {
         };
         let (toward, half) = (vector(&capsules.middle) - self.from, vector(&capsules.half));
         // Where the capsule's line is nearest to this one, or the end that is. Parallels come out anywhere, which is all the same.
-        let (along, sideways) = (dot(self.dir, half), dot(self.dir, toward));
-        let bend = dot(half, half) - along * along;
+        let (along, sideways) = (self.dir.fused_dot(half), self.dir.fused_dot(toward));
+        let bend = half.fused_dot(half) - along * along;
         let (one, zero) = (f32x8::lit(1.0), f32x8::zero());
-        let nearest = (along * sideways - dot(half, toward)) / bend;
+        let nearest = (along * sideways - half.fused_dot(toward)) / bend;
         let nearest = Lane::max(Lane::min(nearest, one), zero - one);
         let place = |p: f32x8, half: f32x8| half.fused(nearest, p);
         let toward = Vec3::new(place(toward.x, half.x), place(toward.y, half.y), place(toward.z, half.z));
-        let ahead = dot(self.dir, toward);
-        let square = dot(toward, toward) - ahead * ahead;
+        let ahead = self.dir.fused_dot(toward);
+        let square = toward.fused_dot(toward) - ahead * ahead;
         let reach = f32x8::from_array(capsules.radius) + self.room;
         // A negative reach is none; what is NaN may meet.
         !((reach * reach + self.slack).lt(square) | reach.lt(zero)).bits()
@@ -165,14 +160,10 @@ mod tests {
     use crate::kernel::OwnSpace;
     use crate::random::Random;
 
-    fn point(random: &mut Random) -> DVec3 {
-        DVec3::from_array(random.point(1.0))
-    }
-
     /// A body, the bounds it is given with, and whether a place is inside.
     fn body(random: &mut Random, kind: usize) -> (Solid, Aabb, impl Fn(DVec3) -> bool + use<>) {
-        let axes = DMat3::from_cols(point(random), point(random), point(random));
-        let center = point(random);
+        let axes = DMat3::from_cols(random.vector(1.0), random.vector(1.0), random.vector(1.0));
+        let center = random.vector(1.0);
         let space = OwnSpace { center, map: (axes * 0.4).inverse() };
         let half = DVec3::new(0.4, 0.1, 0.2);
         let solid = match kind {
@@ -203,11 +194,11 @@ mod tests {
         let (mut met, mut told) = (0, 0);
         for round in 0..300 {
             let spread = [1e-3, 0.05, 1.0][round % 3];
-            let (from, toward) = (point(random), point(random).normalize());
+            let (from, toward) = (random.vector(1.0), random.vector(1.0).normalize());
             let rays: Vec<(DVec3, DVec3)> = (0..LANES)
                 .map(|_| {
-                    let dir = (toward + point(random) * spread).normalize();
-                    let place = from * 0.8 + point(random) * spread * 0.2;
+                    let dir = (toward + random.vector(1.0) * spread).normalize();
+                    let place = from * 0.8 + random.vector(1.0) * spread * 0.2;
                     (place - dir * place.dot(dir), dir)
                 })
                 .collect();

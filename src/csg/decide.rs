@@ -5,7 +5,7 @@
 //! ([`super::plan::Clause`]). Lanes in which anything is near to anything else are left to the walk along all crossings.
 
 use super::best::Best;
-use super::bracket::{Bracket, dot, least, most};
+use super::bracket::{Bracket, least, most};
 use super::capsule::Beam;
 use super::plan::{Clause, MOST_PARTS, Plan};
 use super::scratch::{PartRoots, Scratch, Sketch};
@@ -102,7 +102,7 @@ impl CsgTree {
         // What is left of the rays: in the ball around all, between start and end, in what the whole lies within.
         let start = f32x8::from_f64s(t_min - shift);
         let end = f32x8::from_f64s(best.t - shift);
-        let chord = (f32x8::splat(plan.square) - dot(foot, foot)).sqrt(); // NaN outside
+        let chord = (f32x8::splat(plan.square) - foot.fused_dot(foot)).sqrt(); // NaN outside
         let mut low = most(start - pad, -chord);
         let mut high = least(end + pad, chord);
         live &= low.le(high).bits();
@@ -130,9 +130,9 @@ impl CsgTree {
         }
         for part in bits(waiting & plan.others) {
             if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
-                let toward = Vec3::new(f32x8::splat(x), f32x8::splat(y), f32x8::splat(z)) - foot;
-                let ahead = dot(toward, lines.rays.dir);
-                let across = dot(toward, toward) - ahead * ahead;
+                let toward = Vec3::<f32x8>::broadcast([x, y, z]) - foot;
+                let ahead = toward.fused_dot(lines.rays.dir);
+                let across = toward.fused_dot(toward) - ahead * ahead;
                 if across.le(f32x8::splat(square)).bits() & live == 0 {
                     continue;
                 }

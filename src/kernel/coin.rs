@@ -35,11 +35,6 @@ const LEAVING: f64 = 1.0 / 8192.0;
 /// See [`COIN_ROUNDINGS`].
 const COIN_ROOM: f64 = 1.0 / 512.0;
 
-#[inline(always)]
-fn dot(a: Vec3<f32x8>, b: Vec3<f32x8>) -> f32x8 {
-    a.x.fused(b.x, a.y.fused(b.y, a.z * b.z))
-}
-
 impl Coin {
     pub(super) fn new(world_from_object: &Transform, major: f64, minor: f64) -> Self {
         let size = major + minor;
@@ -59,8 +54,9 @@ impl Coin {
     /// Rays in own space that are given from the middle.
     #[inline(always)]
     pub(super) fn own<L: Lane>(&self, rays: &Rays<L>, middle: Vec3<L>) -> Rays<f32x8> {
-        let rows = self.rows.map(|[x, y, z]| Vec3::new(f32x8::splat(x), f32x8::splat(y), f32x8::splat(z)));
-        let own = |v: Vec3<f32x8>| Vec3::new(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v));
+        let rows = self.rows.map(Vec3::<f32x8>::broadcast);
+        let own =
+            |v: Vec3<f32x8>| Vec3::new(rows[0].fused_dot(v), rows[1].fused_dot(v), rows[2].fused_dot(v));
         Rays { origin: own((rays.origin - middle).cast()), dir: own(rays.dir.cast()) }
     }
 
@@ -72,19 +68,19 @@ impl Coin {
         let off = radius - f32x8::splat(self.major);
         let slope = off * o.x.fused(d.x, o.y * d.y) / radius + o.z * d.z;
         let room = f32x8::lit(LEAVING);
-        off.gt(room) & slope.gt(dot(d, d).sqrt() * room)
+        off.gt(room) & slope.gt(d.fused_dot(d).sqrt() * room)
     }
 
     /// Lanes that may meet it, between two distances.
     #[inline(always)]
     pub(super) fn may_meet(&self, own: &Rays<f32x8>, from: f32x8, to: f32x8) -> Mask<f32x8> {
         let Rays { origin: o, dir: d } = *own;
-        let inv = f32x8::lit(1.0) / dot(d, d);
-        let closest = -dot(o, d) * inv;
+        let inv = f32x8::lit(1.0) / d.fused_dot(d);
+        let closest = -o.fused_dot(d) * inv;
         let at = |o: f32x8, d: f32x8| d.fused(closest, o);
         let near = Vec3::new(at(o.x, d.x), at(o.y, d.y), at(o.z, d.z));
-        let room = dot(o, o).fused(f32x8::lit(COIN_ROUNDINGS), f32x8::lit(COIN_ROOM));
-        let half_chord = ((f32x8::lit(BOUND) + room - dot(near, near)) * inv).sqrt(); // NaN beyond the sphere
+        let room = o.fused_dot(o).fused(f32x8::lit(COIN_ROUNDINGS), f32x8::lit(COIN_ROOM));
+        let half_chord = ((f32x8::lit(BOUND) + room - near.fused_dot(near)) * inv).sqrt(); // NaN beyond the sphere
         let reach = near.z.abs() - d.z.abs() * half_chord;
         reach.le(f32x8::splat(self.minor) + room)
             & (closest + half_chord).ge(from)

@@ -124,8 +124,7 @@ impl<S: Scalar> Frames<S> {
     #[inline(always)]
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
         let m = |k: usize| S::Lane::splat(self.to_own[k][i]);
-        let c = |k: usize| S::Lane::splat(self.center[k][i]);
-        Frame { center: Vec3::new(c(0), c(1), c(2)), rows: rows(m) }
+        Frame { center: self.center(i), rows: rows(m) }
     }
 
     /// Frame `index[k]` in lane `k`.

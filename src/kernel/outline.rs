@@ -157,10 +157,6 @@ mod tests {
     use crate::lane::{LANES, each_lane, f64x8};
     use crate::random::Random;
 
-    fn point(random: &mut Random) -> DVec3 {
-        DVec3::from_array(random.point(1.0))
-    }
-
     /// Rays at and beside triangles near and far, large and tiny, at their insides, edges and corners: how many lanes were told,
     /// and of how many.
     fn check<L: Lane>(parted: bool) -> (u32, u32) {
@@ -168,12 +164,12 @@ mod tests {
         let (mut told, mut of) = (0, 0);
         for round in 0..4000 {
             let size = 10f64.powf(numbers.between(-1.0, 1.0) * 2.0);
-            let place = point(&mut numbers) * 10.0;
-            let corners = [0; 3].map(|_| place + point(&mut numbers) * size);
+            let place = numbers.vector(1.0) * 10.0;
+            let corners = [0; 3].map(|_| place + numbers.vector(1.0) * size);
             let mut triangles = Triangles::<L::Scalar>::default();
             triangles.push(corners);
-            let eye = point(&mut numbers) * 10.0;
-            let origins = each_lane(|_| if parted { eye + point(&mut numbers) } else { eye });
+            let eye = numbers.vector(1.0) * 10.0;
+            let origins = each_lane(|_| if parted { eye + numbers.vector(1.0) } else { eye });
             // One ray in two goes past an edge or a corner within 10^-1 to 10^-17.
             let at = each_lane(|k| {
                 let [u, v] = [numbers.between(-1.0, 1.0), numbers.between(-1.0, 1.0)];

@@ -497,6 +497,7 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
         let sound = blend.dot(blend).gt(S::Lane::zero());
         Surfaces { normal: Vec3::select(sound, blend.normalize(), flat.normal), ..flat }
     }
+
     #[inline(always)]
     fn corners(&self, i: usize) -> Option<[DVec3; 3]> {
         self.flat.corners(i)

@@ -32,6 +32,13 @@ impl<L: Lane> Vec3<L> {
         Self::new(L::lit(v.x), L::lit(v.y), L::lit(v.z))
     }
 
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn broadcast(v: [L::Scalar; 3]) -> Self {
+        let [x, y, z] = v.map(L::splat);
+        Self::new(x, y, z)
+    }
+
     /// The same number in every component of every lane.
     #[inline(always)]
     pub fn lit(x: f64) -> Self {
@@ -78,6 +85,12 @@ impl<L: Lane> Vec3<L> {
     #[inline(always)]
     pub fn dot(self, other: Self) -> L {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// Scalar product by [`Lane::fused`]: for tests that are padded, never for what is seen.
+    #[inline(always)]
+    pub fn fused_dot(self, other: Self) -> L {
+        self.x.fused(other.x, self.y.fused(other.y, self.z * other.z))
     }
 
     /// Vector product.

@@ -14,6 +14,7 @@ mod look;
 mod polynomial;
 mod shape;
 
+use glam::DVec3;
 use look::rgb;
 use std::fmt::Write;
 
@@ -55,6 +56,11 @@ impl Random {
     /// Each coordinate from `-reach` to `reach`.
     pub fn point(&mut self, reach: f64) -> [f64; 3] {
         [(); 3].map(|()| self.between(-reach, reach))
+    }
+
+    /// The same as a vector.
+    pub fn vector(&mut self, reach: f64) -> DVec3 {
+        DVec3::from_array(self.point(reach))
     }
 
     /// A direction of length 1.

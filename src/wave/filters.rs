@@ -57,10 +57,9 @@ pub fn through_one<S: Scalar, B: Scalar>(
         // Within the rounding of where a ray would go on there is nothing new.
         after = met.select(t + start_rounding(&found.point), after);
     };
-    let kind = scene.kinds[surface as usize];
-    let row = (surface - scene.base[usize::from(kind)]) as usize;
+    let (kind, row) = scene.row_of(surface);
     let left = (on != 0).then_some(&left);
-    scene.columns.with(kind, EachCrossing { row, rays: &lines, left, crossed });
+    scene.columns.with(kind, EachCrossing { row: row as usize, rays: &lines, left, crossed });
     rest.filter
 }
 

@@ -119,14 +119,3 @@ impl<S: Scalar> WithBlock<S> for Meets<'_, '_, S> {
         false
     }
 }
-
-/// The surface of a row.
-pub(super) fn row_of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> (u8, u32) {
-    let smooth = scene.base[Kind::SmoothTriangle as usize];
-    let kind = if surface >= smooth && surface - smooth < scene.columns.len(Kind::SmoothTriangle) as u32 {
-        Kind::SmoothTriangle
-    } else {
-        Kind::Triangle
-    };
-    (kind as u8, surface - scene.base[kind as usize])
-}

@@ -1,6 +1,6 @@
 //! What can stand between a light and a point.
 
-use crate::bvh::{Child, Run};
+use crate::bvh::Child;
 use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, class};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::{Lane, Scalar, Vec3, f64x8};
@@ -98,7 +98,7 @@ impl Casters {
                         return;
                     }
                     for row in run.first..run.first + run.len {
-                        casters.all.push(caster(scene, run, row));
+                        casters.all.push(caster(scene, (run.kind, run.class), row));
                     }
                 });
             }
@@ -120,20 +120,25 @@ impl Casters {
     }
 }
 
-pub(super) fn caster<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, run: &Run, row: u32) -> Caster {
-    if run.kind == COMPOSITE {
+/// A row of a kind, with its classes.
+pub(super) fn caster<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    (kind, classes): (u8, u8),
+    row: u32,
+) -> Caster {
+    if kind == COMPOSITE {
         let bounds = scene.csg.composites[row as usize].bounds;
         return Caster { bounds, kind: COMPOSITE, row, surface: NO_SURFACE, blocks: false, opaque: false };
     }
-    let kind = Kind::ALL[usize::from(run.kind)];
-    let convex = is_convex(kind);
+    let known = Kind::ALL[usize::from(kind)];
+    let (convex, opaque) = (is_convex(known), classes & class::BLOCKS != 0);
     Caster {
-        bounds: scene.columns.bounds(kind, row as usize),
-        kind: run.kind,
+        bounds: scene.columns.bounds(known, row as usize),
+        kind,
         row,
-        surface: if convex { scene.base[usize::from(run.kind)] + row } else { NO_SURFACE },
-        blocks: convex && run.class & class::BLOCKS != 0,
-        opaque: run.class & class::BLOCKS != 0,
+        surface: if convex { scene.base[usize::from(kind)] + row } else { NO_SURFACE },
+        blocks: convex && opaque,
+        opaque,
     }
 }
 

@@ -1,6 +1,6 @@
 //! From what is seen through a cell to what is known of it.
 
-use super::among::{Candidate, is_listed, list, row_of};
+use super::among::{Candidate, is_listed, list};
 use super::casters::Caster;
 use super::raster::CELL_ROUNDING;
 use super::seen::Facet;
@@ -149,7 +149,7 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
         for entry in entries.iter().filter(|entry| entry.near <= cell.blocked) {
             let (listed, row) = if entry.what & TRIANGLE != 0 {
                 let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) else { return };
-                (true, row_of(self.scene, facet.surface))
+                (true, self.scene.row_of(facet.surface))
             } else {
                 let Some(caster) = self.casters.get(entry.what as usize) else { return };
                 (is_listed(caster), (caster.kind, caster.row))

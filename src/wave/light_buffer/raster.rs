@@ -6,8 +6,7 @@ use super::cell::{Entry, Settle, TRIANGLE};
 use super::seen::{Facet, Outline, Seen, relative};
 use super::sheet::{Figure, Figures};
 use super::{Cell, FACES, Face, LightBuffer};
-use crate::bvh::Run;
-use crate::compile::{Compiled, Kind, SurfaceId, WithBlock, class};
+use crate::compile::{Compiled, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, f64x8};
 use glam::DVec3;
@@ -60,17 +59,21 @@ pub fn fill<S: Scalar, B: Scalar>(
 
     // What is seen through each face.
     let mut seen: [Seen; FACES] = Default::default();
-    for (number, caster) in (0..).zip(&casters.all) {
+    // Shows the light a caster; false if it is in its box.
+    let show = |seen: &mut [Seen; FACES], number: usize, caster: &Caster| {
         let (min, max) = relative(caster, location, slack);
-        if min.max(-max).max_element() <= 0.0 {
+        let around = min.max(-max).max_element() <= 0.0;
+        for (face, seen) in seen.iter_mut().enumerate().filter(|_| !around) {
+            seen.add(face, number as u32, (min, max));
+        }
+        !around
+    };
+    for (number, caster) in casters.all.iter().enumerate() {
+        if !show(&mut seen, number, caster) {
             match Region::within(caster, location, slack) {
                 Some(region) => buffer.regions.push(region),
                 None => buffer.complete = false,
             }
-            continue;
-        }
-        for (face, seen) in seen.iter_mut().enumerate() {
-            seen.add(face, number, (min, max));
         }
     }
     // Triangles that are part of sheets, and others.
@@ -78,18 +81,11 @@ pub fn fill<S: Scalar, B: Scalar>(
     for (kind, opaque) in &casters.triangles {
         let base = scene.base[*kind as usize];
         let each = EachTriangle { opaque, base, location, slack, seen: &mut seen };
-        others
-            .extend(scene.columns.with(*kind as u8, each).into_iter().map(|row| triangle(scene, *kind, row)));
+        let rows = scene.columns.with(*kind as u8, each);
+        others.extend(rows.into_iter().map(|row| caster(scene, (*kind as u8, class::BLOCKS), row)));
     }
-    for (number, caster) in (casters.all.len() as u32..).zip(&others) {
-        let (min, max) = relative(caster, location, slack);
-        if min.max(-max).max_element() <= 0.0 {
-            buffer.complete = false;
-            continue;
-        }
-        for (face, seen) in seen.iter_mut().enumerate() {
-            seen.add(face, number, (min, max));
-        }
+    for (number, caster) in others.iter().enumerate() {
+        buffer.complete &= show(&mut seen, casters.all.len() + number, caster);
     }
     buffer.sheets = [0, 1].map(|k| {
         let (kind, opaque) = &casters.triangles[k];
@@ -127,12 +123,6 @@ pub fn fill<S: Scalar, B: Scalar>(
         entries.settle(&settle, &mut buffer);
     }
     buffer
-}
-
-/// Row `row` of a kind of triangles.
-fn triangle<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, kind: Kind, row: u32) -> Caster {
-    let run = Run { kind: kind as u8, class: class::BLOCKS, last: true, len: 1, first: row };
-    caster(scene, &run, row)
 }
 
 /// Shows the light triangles that are seen well within one face; returns the rows of the rest.
