@@ -10,21 +10,38 @@ use crate::scene::Projection;
 /// Edge of the blocks of pixels whose rays make a group.
 const BLOCK: usize = 8;
 
-/// Places in the tile, row by row, of its pixels in the order of their rays.
-pub fn pixel_order(area: TileArea, order: &mut Vec<u32>) {
-    order.clear();
-    for block_y in (0..area.height).step_by(BLOCK) {
-        for block_x in (0..area.width).step_by(BLOCK) {
-            for cell in 0..BLOCK {
-                let (x, y) = (block_x + cell % 2 * 4, block_y + cell / 2 * 2);
-                for k in 0..LANES {
-                    let (x, y) = (x + k % 4, y + k / 4);
-                    if x < area.width && y < area.height {
-                        order.push((y * area.width + x) as u32);
-                    }
+/// The order in which a tile's pixels get their rays.
+#[derive(Debug, Default)]
+pub struct PixelOrder {
+    /// Width and height of the tile.
+    size: (usize, usize),
+    /// Column and row of each pixel.
+    pixels: Vec<[u32; 2]>,
+}
+
+impl PixelOrder {
+    /// Becomes that of tiles of a size: mostly it is.
+    pub fn set(&mut self, width: usize, height: usize) {
+        if self.size == (width, height) {
+            return;
+        }
+        self.size = (width, height);
+        self.pixels.clear();
+        for block_y in (0..height).step_by(BLOCK) {
+            for block_x in (0..width).step_by(BLOCK) {
+                for cell in 0..BLOCK {
+                    let (x, y) = (block_x + cell % 2 * 4, block_y + cell / 2 * 2);
+                    let eight = (0..LANES).map(|k| (x + k % 4, y + k / 4));
+                    let within = eight.filter(|&(x, y)| x < width && y < height);
+                    self.pixels.extend(within.map(|(x, y)| [x as u32, y as u32]));
                 }
             }
         }
+    }
+
+    /// The pixels' places in the tile, row by row.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        self.pixels.iter().map(|&[x, y]| y as usize * self.size.0 + x as usize)
     }
 }
 
@@ -32,7 +49,7 @@ pub fn pixel_order(area: TileArea, order: &mut Vec<u32>) {
 pub fn push_camera_rays<S: Scalar, B: Scalar>(
     shared: &Shared<S, B>,
     area: TileArea,
-    order: &[u32],
+    order: &PixelOrder,
     media: &mut Media,
     queue: &mut Queue<Carriers<S::Lane>>,
 ) {
@@ -42,12 +59,12 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
     let l = Vec3::splat(camera.direction);
     let eye = Vec3::splat(camera.location - scene.origin);
     let mut eye_medium = None;
-    for (number, eight) in order.chunks(LANES).enumerate() {
-        let pixel = each_lane(|k| eight[k.min(eight.len() - 1)] as usize);
+    for (number, eight) in order.pixels.chunks(LANES).enumerate() {
+        let pixel = each_lane(|k| eight[k.min(eight.len() - 1)]);
         // Across the picture from -1/2 to 1/2, left to right and bottom to top.
-        let s = f64x8::from_fn(|k| ((area.x + pixel[k] % area.width) as f64 + 0.5) / width as f64 - 0.5);
+        let s = f64x8::from_fn(|k| ((area.x as f64 + f64::from(pixel[k][0])) + 0.5) / width as f64 - 0.5);
         let t = f64x8::from_fn(|k| {
-            (height as f64 - (area.y + pixel[k] / area.width) as f64 - 0.5) / height as f64 - 0.5
+            (height as f64 - (area.y as f64 + f64::from(pixel[k][1])) - 0.5) / height as f64 - 0.5
         });
         let (origin, dir) = match camera.projection {
             Projection::Perspective => (eye, l + u * s + v * t),

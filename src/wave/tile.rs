@@ -1,7 +1,7 @@
 //! One tile of the picture, from its camera rays to its pixels, by one thread and without a lock.
 
 use super::area::{Shared, TileArea};
-use super::camera::{pixel_order, push_camera_rays};
+use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
@@ -40,7 +40,7 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     queries: Vec<Query<S::Lane>>,
     sums: Sums,
     media: Media,
-    order: Vec<u32>,
+    order: PixelOrder,
     /// What shading has counted.
     counts: PacketCounts,
 }
@@ -72,7 +72,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         self.camera.mix(mixed);
         self.shadows.mix(mixed);
 
-        pixel_order(area, &mut self.order);
+        self.order.set(area.width, area.height);
         push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
         let camera = self.camera.take_count();
         self.camera.take_last(usize::MAX, &mut self.batch, &mut self.batch_order);
@@ -112,8 +112,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         // From the order of the rays to rows.
         pixels.clear();
         pixels.resize(area.width * area.height, Pixel::default());
-        for (pixel, &place) in self.sums.pixels().zip(&self.order) {
-            pixels[place as usize] = pixel;
+        for (pixel, place) in self.sums.pixels().zip(self.order.places()) {
+            pixels[place] = pixel;
         }
         let reflect = self.reflected.take_count();
         let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
