@@ -20,7 +20,7 @@ pub use raster::fill;
 
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes, f32x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8};
 use among::{Candidate, meets};
 use casters::Region;
 use glam::DVec3;
@@ -67,9 +67,12 @@ struct Face {
     rows: u32,
     /// Where the first cell begins; the cube's edges are at -1 and 1.
     corner: [f64; 2],
-    /// Cells in a unit.
+    /// Cells in a unit: a number of single precision.
     scale: f64,
 }
+
+/// Of points nearer or farther than this, along the axis of their face, nothing is said: single precision has no room for them.
+const REACH: Range<f64> = 1e-30..1e30;
 
 /// A cube's faces: towards x, -x, y, -y, z, -z. Across and up are the next two axes.
 const FACES: usize = 6;
@@ -116,43 +119,56 @@ impl LightBuffer {
         lanes: u8,
     ) -> Known {
         let way = point - Vec3::splat(self.location);
-        let [x, y, z] = [way.x, way.y, way.z].map(L::abs);
-        let along_x = x.ge(y) & x.ge(z);
-        let along_y = y.ge(z);
-        let pick = |a: L, b: L, c: L| along_x.select(a, along_y.select(b, c));
-        let depth = pick(x, y, z);
-        let share = L::lit(1.0) / depth;
-        let across = pick(way.y, way.z, way.x) * share;
-        let up = pick(way.z, way.x, way.y) * share;
-        let backward = pick(way.x, way.y, way.z).lt(L::zero()).bits();
-        let (along_x, along_y) = (along_x.bits(), along_y.bits());
-        let along = [along_x, along_y & !along_x, !along_y & !along_x];
+        // Single precision tells faces and cells apart, once differences have been taken.
+        let single = |x: L| f32x8::from_f64s(x.to_f64s());
+        let [x, y, z] = [way.x, way.y, way.z].map(|w| single(w).abs());
+        let along_x = (x.ge(y) & x.ge(z)).bits();
+        let along_y = y.ge(z).bits() & !along_x;
+        let along = [along_x, along_y, !(along_x | along_y)];
+        let zero = L::zero();
+        let backward = [way.x, way.y, way.z].map(|w| w.lt(zero).bits());
 
-        let (mut number, mut within, mut waiting) = (L::zero(), 0u8, lanes);
+        let (mut depth, mut cell, mut waiting) = (f32x8::zero(), [0; LANES], lanes);
+        let (mut within, mut beside) = (0u8, 0u8);
         // Neighbours mostly lie behind one face.
         while waiting != 0 {
             let first = waiting.trailing_zeros();
             let axis = along.iter().position(|lanes| lanes >> first & 1 == 1).unwrap_or(0);
-            let negative = backward >> first & 1 == 1;
-            let same = waiting & along[axis] & if negative { backward } else { !backward };
+            let negative = backward[axis] >> first & 1 == 1;
+            let same = waiting & along[axis] & if negative { backward[axis] } else { !backward[axis] };
             waiting &= !same;
             let face = &self.faces[axis * 2 + usize::from(negative)];
-            let place = |x: L, corner: f64| (x - L::lit(corner)) * L::lit(face.scale);
+            let (ahead, across, up) = match axis {
+                0 => (way.x, way.y, way.z),
+                1 => (way.y, way.z, way.x),
+                _ => (way.z, way.x, way.y),
+            };
+            let to = single(ahead).abs();
+            let scale = f32x8::lit(face.scale) / to;
+            let ahead = ahead.abs();
+            let place = |w: L, corner: f64| single((-ahead).fused(L::lit(corner), w)) * scale;
             let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
-            let (columns, rows) = (L::lit(f64::from(face.columns)), L::lit(f64::from(face.rows)));
-            let least = column.min(row).ge(L::zero());
-            within |= (least & column.lt(columns) & row.lt(rows)).bits() & same;
-            let here = row.trunc() * columns + column.trunc() + L::lit(f64::from(face.first));
-            number = Mask::from_bits(same).select(here, number);
+            let (columns, rows) = (f32x8::lit(f64::from(face.columns)), f32x8::lit(f64::from(face.rows)));
+            let sound = same & (to.gt(f32x8::lit(REACH.start)) & to.lt(f32x8::lit(REACH.end))).bits();
+            let out = column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows);
+            beside |= sound & out.bits();
+            within |= sound & !out.bits();
+            depth = Mask::from_bits(same).select(to, depth);
+            let (column, row) = (column.trunc_int().to_array(), row.trunc_int().to_array());
+            let number = |k: usize| {
+                (row[k] as u32)
+                    .wrapping_mul(face.columns)
+                    .wrapping_add(column[k] as u32)
+                    .wrapping_add(face.first)
+            };
+            cell = choose(same, &each_lane(number), &cell);
         }
-        let mut known = Known { free: lanes & !within, ..Known::default() };
+        let mut known = Known { free: beside, ..Known::default() };
         if within != 0 {
-            let (number, depth) = (number.to_array(), f32x8::from_f64s(depth.to_f64s()));
             let (mut near, mut dark, mut listed) = ([0.0; LANES], [0.0; LANES], 0);
             for k in 0..LANES {
                 // Lanes that are not within have any number.
-                known.cell[k] = number[k].to_f64() as u32;
-                let cell = self.cells.get(known.cell[k] as usize).unwrap_or(&Cell::EMPTY);
+                let cell = self.cells.get(cell[k] as usize).unwrap_or(&Cell::EMPTY);
                 let own = if cell.nearest == SHEET {
                     self.sheets.iter().any(|sheets| sheets.contains(&surface[k]))
                 } else {
@@ -166,7 +182,7 @@ impl LightBuffer {
             known.blocked = depth.gt(f32x8::from(dark)).bits() & within;
             known.listed = listed & within & !free & !known.blocked;
             known.free |= free;
-            known.depth = depth.to_array();
+            (known.cell, known.depth) = (cell, depth.to_array());
         }
         let mut open = known.free | known.listed;
         if !self.complete {

@@ -17,10 +17,13 @@ use std::borrow::Cow;
 const ROUNDINGS: f64 = 64.0;
 /// Cells are held in single precision: depths are kept off by so many parts.
 pub(super) const DEPTH_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
-/// What a point's place in its cell may be off by, in cells: two roundings of single precision in a few hundred.
+/// What a point's place in its cell may be off by, in cells: half of it by the point, half by single precision.
 pub(super) const CELL_ROUNDING: f64 = 1e-3;
 /// What a point's place at depth 1 may be off by, in roundings; cells are not made finer than that allows.
 const ACROSS_ROUNDINGS: f64 = 8.0;
+/// So many columns or rows a face has at most: numbers as large are rounded six times in single precision (the way across and
+/// the way ahead, the cells in a unit, their quotient, their product, and the edge).
+const MOST_ACROSS: f64 = 0.5 * CELL_ROUNDING / (6.0 * f32::UNIT_ROUNDOFF);
 /// Faces go a little beyond the cube's edges, so that a point that rounding puts on the next face finds what is there.
 pub(super) const EDGE: f64 = 1.0 + 1e-3;
 /// All casters of one light are drawn into at most so many times as many cells as there are, by coarser cells if need be.
@@ -209,14 +212,16 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
     let frames: Vec<_> = seen.iter().map(Seen::frame).collect();
     let area = |[across, up]: &[[f64; 2]; 2]| (across[1] - across[0]) * (up[1] - up[0]);
     let whole: f64 = frames.iter().flatten().map(area).sum();
-    let finest = CELL_ROUNDING / (ACROSS_ROUNDINGS * roundoff);
-    let mut scale = if whole > 0.0 { (cells as f64 / whole).sqrt().min(finest) } else { 1.0 };
+    let finest = 0.5 * CELL_ROUNDING / (ACROSS_ROUNDINGS * roundoff);
+    let scale = if whole > 0.0 { (cells as f64 / whole).sqrt().min(finest) } else { 1.0 };
+    let mut scale = f64::from(scale as f32);
     let most = (OVERDRAW * cells + seen.iter().map(|seen| 4 * seen.len()).sum::<usize>()) as f64;
     loop {
         let count = |[low, high]: [f64; 2]| ((high - low) * scale + 2.0 * CELL_ROUNDING).floor() + 1.0;
         let laid: f64 = frames.iter().flatten().map(|[across, up]| count(*across) * count(*up)).sum();
+        let longest = frames.iter().flatten().flatten().map(|side| count(*side)).fold(0.0, f64::max);
         // What is seen edge-on would have rows of cells without end.
-        if laid <= (2 * cells + FACES) as f64 {
+        if laid <= (2 * cells + FACES) as f64 && longest <= MOST_ACROSS {
             let mut first = 0;
             for (face, frame) in buffer.faces.iter_mut().zip(&frames) {
                 let Some([across, up]) = frame else { continue };
