@@ -10,5 +10,5 @@ mod table;
 
 pub use function::values as function_values;
 pub use pattern::PatternProgram;
-pub use program::{Colors, LayerProgram, PigmentProgram, Program};
+pub use program::{Colors, Highlights, LayerProgram, PigmentProgram, Program};
 pub use table::{TextureBuilder, TextureRow, TextureTable};

@@ -16,8 +16,41 @@ pub struct Program {
 pub struct LayerProgram {
     /// Its answer to light.
     pub finish: Finish,
+    /// Where its highlights end.
+    pub highlights: Highlights,
     /// Where its colours come from.
     pub pigment: PigmentProgram,
+}
+
+/// The cosines at or below which a finish's highlights are as good as black, so that no power need be taken.
+#[derive(Debug, Clone, Copy)]
+pub struct Highlights {
+    /// Between the light and the mirrored eye.
+    pub least_phong: f64,
+    /// Between the normal and the direction half-way from the light to the eye.
+    pub least_specular: f64,
+}
+
+/// Highlights of less than this share of the light are below the last bit of what else a lit surface shows.
+const NO_HIGHLIGHT: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// The cosine at which POV-Ray leaves out highlights of a large exponent.
+const FAINT_PHONG: f64 = 0.0008;
+
+impl Highlights {
+    /// Of a finish, whether it has any or not.
+    pub fn of(finish: &Finish) -> Self {
+        // A power below 0 grows towards the rim.
+        let least = |amount: f64, exponent: f64| match exponent > 0.0 {
+            true => (NO_HIGHLIGHT / amount).powf(1.0 / exponent).min(1.0),
+            false => 0.0,
+        };
+        let faint = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
+        Self {
+            least_phong: least(finish.phong, finish.phong_size).max(faint),
+            least_specular: least(finish.specular, 1.0 / finish.roughness),
+        }
+    }
 }
 
 /// Where a layer's colours come from.

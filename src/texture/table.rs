@@ -1,6 +1,6 @@
 //! All textures of a scene, the like ones folded together.
 
-use super::{LayerProgram, PatternProgram, PigmentProgram, Program};
+use super::{Highlights, LayerProgram, PatternProgram, PigmentProgram, Program};
 use crate::scene::{Color, Finish, PigmentKind, Texture, Transform};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -95,6 +95,7 @@ impl TextureBuilder {
             .rev()
             .map(|layer| LayerProgram {
                 finish: Finish::clone(&layer.finish),
+                highlights: Highlights::of(&layer.finish),
                 pigment: match (&layer.pigment.kind, place) {
                     (PigmentKind::Solid(_) | PigmentKind::Other { .. }, _) | (_, None) => {
                         PigmentProgram::Plain

@@ -10,8 +10,8 @@ use super::query::start_rounding;
 use crate::compile::Compiled;
 use crate::kernel::Rays;
 use crate::lane::{Lane, Mask, Scalar, Vec3};
-use crate::scene::{Finish, Rgb};
-use crate::texture::Colors;
+use crate::scene::Rgb;
+use crate::texture::{Colors, LayerProgram};
 
 /// A light as the hits see it.
 #[derive(Default)]
@@ -75,14 +75,11 @@ impl<L: Lane> Lamp<L> {
 /// POV-Ray's least cosine of light that still falls on the front.
 const ALONG_SURFACE: f64 = 1e-10;
 
-/// The cosine at which POV-Ray leaves out highlights of a large exponent, which makes them invisible there.
-const FAINT_PHONG: f64 = 0.0008;
-
 /// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
 #[inline]
 pub fn direct_light<L: Lane>(
     lamp: &Lamp<L>,
-    finish: &Finish,
+    LayerProgram { finish, highlights, .. }: &LayerProgram,
     colors: &Colors<L>,
     hit: &Hit<L>,
     irid_wavelength: Rgb,
@@ -104,19 +101,18 @@ pub fn direct_light<L: Lane>(
         if finish.phong > 0.0 {
             let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
             let c = mirrored.dot(dir);
-            let least = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
-            let seen = c.gt(L::lit(least)) & lit;
+            let seen = c.gt(L::lit(highlights.least_phong)) & lit;
             if seen.any() {
                 highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));
             }
         }
         if finish.specular > 0.0 {
             let half = dir - hit.dir;
-            let length = half.length();
-            let c = half.dot(hit.normal) / length;
-            let seen = length.gt(L::zero()) & c.gt(L::zero()) & lit;
+            let (along, square) = (half.dot(hit.normal), half.dot(half));
+            let least = square * L::lit(highlights.least_specular * highlights.least_specular);
+            let seen = along.gt(L::zero()) & (along * along).gt(least) & lit;
             if seen.any() {
-                let c = seen.keep(c);
+                let c = seen.keep(along / square.sqrt());
                 highlight += seen.keep(c.pow_const(1.0 / finish.roughness) * L::lit(finish.specular));
             }
         }
@@ -148,29 +144,28 @@ fn before_light<L: Lane>(hit: &Hit<L>, distance: L) -> L {
     distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
 }
 
-/// Sends shadow rays for the light `sum` that could arrive from lamp `number`.
+/// Sends shadow rays for the light `sum` that could arrive from lamp `number`; returns what of it nothing is in the way of.
 #[inline]
-pub fn queue_light<L: Lane>(lamp: &Lamp<L>, sum: Vec3<L>, number: usize, hit: &Hit<L>, emit: &mut Emit<L>) {
+pub fn queue_light<L: Lane>(
+    lamp: &Lamp<L>,
+    sum: Vec3<L>,
+    number: usize,
+    hit: &Hit<L>,
+    emit: &mut Emit<L>,
+) -> Vec3<L> {
     let lanes = sum.abs().max_element().gt(L::lit(NO_LIGHT)).bits() & hit.active;
-    if lanes == 0 {
-        return;
+    let free = Mask::from_bits(lanes & lamp.free);
+    let lanes = lanes & !lamp.free;
+    if lanes != 0 {
+        let queue = &mut emit.shadows[number];
+        let feelers = queue.next();
+        hit.leave(lamp.dir, &mut feelers.lines);
+        feelers.t_max = before_light(hit, lamp.distance);
+        feelers.light = sum.mul(hit.throughput);
+        feelers.sink = hit.sink;
+        feelers.medium = hit.medium;
+        feelers.lanes = lanes;
+        queue.push();
     }
-    let light = sum.mul(hit.throughput);
-    let free = lanes & lamp.free;
-    if free != 0 {
-        emit.sums.add(&hit.sink, light, free);
-    }
-    let lanes = lanes & !free;
-    if lanes == 0 {
-        return;
-    }
-    let queue = &mut emit.shadows[number];
-    let feelers = queue.next();
-    hit.leave(lamp.dir, &mut feelers.lines);
-    feelers.t_max = before_light(hit, lamp.distance);
-    feelers.light = light;
-    feelers.sink = hit.sink;
-    feelers.medium = hit.medium;
-    feelers.lanes = lanes;
-    queue.push();
+    sum.map(|c| free.keep(c))
 }

@@ -85,7 +85,6 @@ pub fn shade<S: Scalar, B: Scalar>(
         transmitted = live.select(grey(filter).abs().min(one), transmitted);
     }
 
-    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
     let top = program.layers.first();
     if top_lit || !lit_below.is_empty() {
         let from_behind = program.layers.iter().any(|layer| layer.finish.diffuse_back != 0.0);
@@ -98,15 +97,16 @@ pub fn shade<S: Scalar, B: Scalar>(
             }
             let mut sum = Vec3::lit(0.0);
             if let (Some(layer), true) = (top, top_lit) {
-                sum = direct_light(&lamp, &layer.finish, &top_colors, hit, irid_wavelength);
+                sum = direct_light(&lamp, layer, &top_colors, hit, irid_wavelength);
             }
             for LitLayer { layer, colors, filter, live } in &lit_below {
-                let part = direct_light(&lamp, &layer.finish, colors, hit, irid_wavelength);
+                let part = direct_light(&lamp, layer, colors, hit, irid_wavelength);
                 sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
             }
-            queue_light(&lamp, sum, number, hit, emit);
+            local += queue_light(&lamp, sum, number, hit, emit);
         }
     }
+    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
     let top = top.map(|layer| &layer.finish);
     let inside_out = transmit(scene, hit, active, top, &crossings, (filter, transmitted), emit);
     for mirror in mirrors.iter() {
