@@ -43,7 +43,7 @@ pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
 
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, equal_lanes};
 use glam::DVec3;
 
 /// Eight rays with unit directions.
@@ -325,7 +325,7 @@ pub(crate) fn permuted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
 #[inline(always)]
 pub(crate) fn gather<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
     // Neighbours mostly meet one and the same.
-    if index.iter().all(|&i| i == index[0]) {
+    if equal_lanes(index, index[0]) == !0 {
         return S::Lane::splat(column[index[0] as usize]);
     }
     S::Lane::from_fn(|k| column[index[k] as usize])

@@ -1,7 +1,7 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
 use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, in_four, less_four};
-use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3, equal_lanes};
 use glam::DVec3;
 
 /// `n` spheres (`radius` at least 0): columns `center` (3) and `radius`, all in scene units.
@@ -147,7 +147,7 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
         // Neighbours mostly meet one and the same.
-        let [x, y, z, radius] = if index.iter().all(|&i| i == index[0]) {
+        let [x, y, z, radius] = if equal_lanes(index, index[0]) == !0 {
             self.row(index[0] as usize).map(S::Lane::splat)
         } else {
             [0, 1, 2, 3].map(|k| {
