@@ -81,6 +81,24 @@ pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8, lanes: Mask<f64x8>) -> [Pair
     ]
 }
 
+/// Lanes in which `s^4 + p s^2 + q s + c` is above `room` for every `s`.
+///
+/// What is above 0 is a sum of squares, `(s^2 + y)^2 + (p - 2 y) s^2 + q s + c - y^2` with some `y`: that of which the latter three
+/// have the least discriminant, `q^2 - 4 (p - 2 y) (c - y^2)`, where the derivative of that is 0.
+pub(super) fn stays_above(p: f64x8, q: f64x8, c: f64x8, room: f64x8) -> Mask<f64x8> {
+    let c = c - room;
+    let y = (p - (p * p + c * f64x8::lit(12.0)).sqrt()) * f64x8::lit(1.0 / 6.0); // NaN: below 0 at 0.
+    let (square, rest) = (p - (y + y), c - y * y);
+    square.gt(f64x8::zero()) & rest.gt(f64x8::zero()) & (square * rest * f64x8::lit(4.0)).gt(q * q)
+}
+
+/// Lanes in which `s^3 + b s^2 + c s + d` is above `room` for every `s` from 0 on: there and where it has its least.
+pub(super) fn stays_above_ahead(b: f64x8, c: f64x8, d: f64x8, room: f64x8) -> Mask<f64x8> {
+    let least = ((b * b - c * f64x8::lit(3.0)).sqrt() - b) * f64x8::lit(1.0 / 3.0); // NaN: it rises all along.
+    let s = least.gt(f64x8::zero()).keep(least);
+    d.gt(room) & (((s + b) * s + c) * s + d).gt(room)
+}
+
 /// The real roots of `s^3 + b s^2 + c s + d` in the lanes given: the one farthest from their mean, and the other two.
 pub(super) fn cubic(b: f64x8, c: f64x8, d: f64x8, lanes: Mask<f64x8>) -> (f64x8, Pair) {
     let third = b * f64x8::lit(1.0 / 3.0);
@@ -161,6 +179,47 @@ mod tests {
         assert!(squares.contains(&0.25) && squares.contains(&-1.0), "{squares:?}");
         let [low, high] = quartic(f64x8::lit(2.0), f64x8::lit(1.0), f64x8::lit(2.0), Mask::all_set());
         assert!(low.square.lt(f64x8::zero()).all() && high.square.lt(f64x8::zero()).all());
+    }
+
+    #[test]
+    fn what_stays_above_has_no_roots() {
+        // (s^2 + 2 a s + a^2 + u) (s^2 - 2 a s + a^2 + v), and how far down it goes.
+        let (mut told, mut open) = (0, 0);
+        for k in 0..2000 {
+            let digit = |n: u32| f64::from(k / 5u32.pow(n) % 5);
+            let (a, u, v) = (digit(0) * 0.25, digit(1) * 0.2 - 0.39, digit(2) * 0.2 - 0.19);
+            let room = digit(3) * 0.02;
+            let (p, q, c) = (u + v - 2.0 * a * a, 2.0 * a * (v - u), (a * a + u) * (a * a + v));
+            let value = |s: f64| ((s * s + p) * s + q) * s + c;
+            let least = (-3000..3000).map(|s| value(f64::from(s) * 1e-3)).fold(f64::INFINITY, f64::min);
+            let [p, q, c, room] = [p, q, c, room].map(f64x8::lit);
+            let above = stays_above(p, q, c, room).bits() != 0;
+            let room = room.to_array()[0];
+            // Between two of those places it is lower by 1e-5 at most.
+            assert!(!above || least > room, "{least} for {a} {u} {v}");
+            assert!(above || least < room + 1e-5, "{least} for {a} {u} {v}");
+            told += u32::from(above);
+            open += u32::from(!above);
+        }
+        assert!(told > 300 && open > 300, "{told} told, {open} not");
+    }
+
+    #[test]
+    fn what_stays_above_ahead_has_no_roots_there() {
+        let (mut told, mut open) = (0, 0);
+        for k in 0..1000 {
+            let digit = |n: u32| f64::from(k / 10u32.pow(n) % 10) * 0.4 - 1.9;
+            let (b, c, d) = (digit(0), digit(1), digit(2));
+            let value = |s: f64| ((s + b) * s + c) * s + d;
+            let least = (0..4000).map(|s| value(f64::from(s) * 1e-3)).fold(f64::INFINITY, f64::min);
+            let above = stays_above_ahead(f64x8::lit(b), f64x8::lit(c), f64x8::lit(d), f64x8::lit(0.01));
+            // Between two of those places it is lower by 1e-5 at most.
+            assert!(above.none() || least > 0.01, "{least} for {b} {c} {d}");
+            assert!(above.any() || least < 0.01 + 1e-5, "{least} for {b} {c} {d}");
+            told += u32::from(above.any());
+            open += u32::from(above.none());
+        }
+        assert!(told > 100 && open > 100, "{told} told, {open} not");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
-use super::quartic::{Pair, SETTLED, cubic, deflated, quartic};
+use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
 use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, first_beyond, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
@@ -25,6 +25,10 @@ pub struct Tori<S> {
 /// Pairs of roots nearer to each other than twice the square root of this (of the torus' size) are decided and placed
 /// on the tube itself. Anything between the quartic's error (1e-8) and 1 would be right; more costs time.
 const NEAR: f64 = 1.0 / 16384.0;
+
+/// The quartic is below this between two roots that count as near, or that nearly are: `-square` times the other two roots' factor there,
+/// which is at most `p + 6 m^2` for a root's middle `m` up to 2, as `p` is up to 4 within the unit sphere.
+const NEAR_VALUE: f64 = 32.0 * NEAR;
 
 /// Newton steps at most; beyond, a tangent ray only walks about within its error.
 const STEPS: usize = 4;
@@ -126,37 +130,8 @@ impl Ring {
         if active.none() {
             return [none; 4];
         }
-        let active = active & self.may_cross(&line, half_chord);
-        if active.none() {
-            return [none; 4];
-        }
         let roots = self.solve(&line, square, &Wanted { lanes: active, ..wanted });
         roots.map(|s| (coarse + (fine + s)) * inv)
-    }
-
-    /// False where a line, which is nearest to the middle at its origin, misses the ring that a rectangle makes round the tube:
-    /// between its planes it passes through the hole, or outside.
-    #[inline(always)]
-    fn may_cross(&self, line: &Line, half_chord: f64x8) -> Mask<f64x8> {
-        // In single precision, with room to spare.
-        let (o, d) = (line.origin.cast::<f32x8>(), line.dir.cast::<f32x8>());
-        let (major, minor) = (f32x8::from_f64s(self.major), f32x8::from_f64s(self.minor));
-        let (zero, room) = (f32x8::zero(), f32x8::lit(BOUND - 1.0));
-        let (chord, height) = (f32x8::from_f64s(half_chord), minor + room);
-        let inv = f32x8::lit(1.0) / d.z;
-        let (a, b) = ((-height - o.z) * inv, (height - o.z) * inv);
-        // A ray along the planes may give NaN, which loses.
-        let (near, far) = (a.min(b).max(-chord), a.max(b).min(chord));
-        let (across, along) = (d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y);
-        let radius = |s: f32x8| {
-            let (x, y) = (o.x + d.x * s, o.y + d.y * s);
-            x * x + y * y
-        };
-        let closest = near.max(far.min(-along / across));
-        let (hole, rim) = ((major - minor - room).max(zero), major + minor + room);
-        let inside = radius(near).max(radius(far)).lt(hole * hole);
-        let outside = radius(closest).gt(rim * rim);
-        !(inside | outside).cast()
     }
 
     /// Roots along a line that starts at its closest point to the middle, `square` its distance squared.
@@ -175,6 +150,12 @@ impl Ring {
         let (inner, outer) = (radius - major, radius + major);
         let zz = o.z * o.z;
         let c = ((inner - minor) * (inner + minor) + zz) * ((outer - minor) * (outer + minor) + zz);
+        // Half of the packets that come here miss in all lanes, and the roots take some ten times as long as this.
+        let wanted =
+            &Wanted { lanes: wanted.lanes & !stays_above(p, q, c, f64x8::lit(NEAR_VALUE)), ..*wanted };
+        if wanted.lanes.none() {
+            return [f64x8::lit(f64::NAN); 4];
+        }
         let [low, high] = quartic(p, q, c, wanted.lanes);
         let [l0, l1] = self.place(line, low, wanted);
         let settled = wanted.settled_by(l0);
@@ -191,16 +172,14 @@ impl Ring {
         let mut wanted = Wanted { from: wanted.from * length, to: wanted.to * length, ..*wanted };
         let line = Line { origin: own.origin, dir: own.dir * inv };
         let at_start = self.tube(&line, f64x8::zero());
+        let leaving = at_start.slope.gt(noise * inv);
         if wanted.first {
             // The outer half lies on the convex hull: what leaves it does not come back.
-            let gone =
-                self.major.ge(self.minor) & at_start.radius.ge(self.major) & at_start.slope.gt(noise * inv);
-            wanted.lanes &= !gone;
+            wanted.lanes &= !(self.major.ge(self.minor) & at_start.radius.ge(self.major) & leaving);
             if wanted.lanes.none() {
                 return [f64x8::zero(), none, none, none];
             }
         }
-        let wanted = &wanted;
         let (o, d) = (line.origin, line.dir);
         let b = o.dot(d);
         let k = o.dot(o) + (major - minor);
@@ -208,6 +187,14 @@ impl Ring {
         let b3 = b * f64x8::lit(4.0);
         let c3 = b * b3 + k + k - four_rr * (d.x * d.x + d.y * d.y);
         let d3 = b3 * k - (four_rr + four_rr) * (o.x * d.x + o.y * d.y);
+        if wanted.first {
+            // Nor does what passes through the hole without coming near to the tube again.
+            wanted.lanes &= !(leaving & stays_above_ahead(b3, c3, d3, f64x8::lit(NEAR_VALUE)));
+            if wanted.lanes.none() {
+                return [f64x8::zero(), none, none, none];
+            }
+        }
+        let wanted = &wanted;
         let (mut single, mut pair) = cubic(b3, c3, d3, wanted.lanes);
         single = self.polish(&line, single, f64x8::lit(STRIDE), wanted.lanes & wanted.about(single));
         // On which side of the tangent the ray leaves is below rounding: the start is a double root.
