@@ -3,7 +3,7 @@
 //! What comes out is good to the square root of a rounding at worst (a double root) and is meant to be polished on
 //! the shape itself.
 
-use crate::lane::{Lane, Mask, f64x8};
+use crate::lane::{Lane, Mask, f32x8, f64x8};
 
 /// A Newton step below this, of shapes and roots of about 1, was the last one that mattered: its square is below a rounding,
 /// even when the slope is some thousand times smaller than the curvature.
@@ -19,6 +19,16 @@ pub(super) struct Pair {
     pub middle: f64x8,
     /// The square of half their distance.
     pub square: f64x8,
+}
+
+/// The cube root of what is not negative and within single precision: there, then by Halley's step, which triples the digits. What is
+/// below that counts as nothing.
+#[inline(always)]
+fn cube_root(x: f64x8) -> f64x8 {
+    let y = f32x8::from_f64s(x).cbrt().to_f64s();
+    let cube = y * y * y;
+    let root = y * (cube + x + x) / (cube + cube + x);
+    y.gt(f64x8::zero()).keep(root)
 }
 
 /// The largest real root of `x^3 - 3 m x - 2 n` in the lanes given.
@@ -42,7 +52,7 @@ fn largest_cubic_root(m: f64x8, n: f64x8, lanes: Mask<f64x8>) -> f64x8 {
         return trigonometric;
     }
     // One real root, by Cardano: the cube root whose radicand does not cancel, and m over it.
-    let cube = (n.abs() + discriminant.max(zero).sqrt()).cbrt();
+    let cube = cube_root(n.abs() + discriminant.max(zero).sqrt());
     let cardano = cube.gt(zero).keep((cube + m / cube).copysign(n));
     three.select(trigonometric, cardano)
 }
@@ -220,6 +230,16 @@ mod tests {
             open += u32::from(above.none());
         }
         assert!(told > 100 && open > 100, "{told} told, {open} not");
+    }
+
+    #[test]
+    fn cube_roots_are_right_to_some_roundings() {
+        for k in -30..30 {
+            let x = 1.7 * 10f64.powi(k);
+            let root = cube_root(f64x8::lit(x)).to_array()[0];
+            assert!((root / x.cbrt() - 1.0).abs() < 4.0 * f64::EPSILON, "{root} of {x}");
+        }
+        assert_eq!(cube_root(f64x8::zero()).to_array()[0], 0.0);
     }
 
     #[test]
