@@ -81,15 +81,25 @@ impl<const N: usize> Univariate<N> {
     /// Times `origin + s dir`.
     #[inline(always)]
     pub(super) fn times(&mut self, origin: f64x8, dir: f64x8) {
-        if self.len == 0 {
-            return;
+        // Loops of known length are laid out flat, and most are short.
+        match self.len {
+            0 => {}
+            1 => self.times_up_to(1, origin, dir),
+            2 => self.times_up_to(2, origin, dir),
+            3 => self.times_up_to(3, origin, dir),
+            4 => self.times_up_to(4, origin, dir),
+            len => self.times_up_to(len, origin, dir),
         }
-        self.c[self.len] = self.c[self.len - 1] * dir;
-        for k in (1..self.len).rev() {
+    }
+
+    #[inline(always)]
+    fn times_up_to(&mut self, len: usize, origin: f64x8, dir: f64x8) {
+        self.c[len] = self.c[len - 1] * dir;
+        for k in (1..len).rev() {
             self.c[k] = self.c[k].fused(origin, self.c[k - 1] * dir);
         }
         self.c[0] *= origin;
-        self.len += 1;
+        self.len = len + 1;
     }
 
     /// Adds another, of which nothing is left.
