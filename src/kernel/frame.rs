@@ -8,6 +8,7 @@ use super::{Aabb, OwnSpace, Rays, gather, permuted};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
 use glam::{DMat3, DVec3};
+use std::any::Any;
 
 /// `n` frames in columns: `center` (3, world), `to_own` (9, rows of `M`, 1 / scene unit), `to_world` (9, rows of
 /// `M`'s inverse, scene units).
@@ -89,6 +90,16 @@ impl<L: Lane> Rays<L> {
     #[inline(always)]
     pub(super) fn in_f64(&self) -> Rays<f64x8> {
         Rays { origin: widened(self.origin), dir: widened(self.dir) }
+    }
+
+    /// The same in double precision: themselves, if they are, else what is put into `room`.
+    #[inline(always)]
+    pub fn in_double<'a>(&'a self, room: &'a mut Option<Rays<f64x8>>) -> &'a Rays<f64x8> {
+        // (A copy of eight rays is some fifty instructions.)
+        match (self as &dyn Any).downcast_ref() {
+            Some(rays) => rays,
+            None => room.insert(self.in_f64()),
+        }
     }
 }
 

@@ -38,6 +38,13 @@ pub fn equal_lanes(lanes: &[u32; LANES], value: u32) -> u8 {
     u32x8::from(*lanes).simd_eq(u32x8::splat(value)).to_bitmask() as u8
 }
 
+/// A bit for each lane whose number is one of `len` (at least 1) from `first` on.
+#[inline(always)]
+pub fn lanes_within(lanes: &[u32; LANES], first: u32, len: u32) -> u8 {
+    let beyond = u32x8::from(*lanes) - u32x8::splat(first); // What is below `first` comes out large.
+    beyond.min(u32x8::splat(len.saturating_sub(1))).simd_eq(beyond).to_bitmask() as u8
+}
+
 /// `f` of eight numbers; asked once where all are the same, as those of neighbours mostly are.
 #[inline(always)]
 pub fn each_number<T: Copy + Default>(numbers: &[u32; LANES], f: impl Fn(u32) -> T) -> [T; LANES] {
@@ -433,6 +440,8 @@ mod tests {
             assert_eq!(Mask::<L>::from_bits(bits).bits(), bits);
             assert_eq!((!Mask::<L>::from_bits(bits)).bits(), !bits);
         }
+        let numbers = [0, 6, 7, 8, 9, 10, u32::MAX, 1 << 31];
+        assert_eq!(lanes_within(&numbers, 7, 3), 0b0001_1100);
         let nan = L::lit(f64::NAN);
         assert!(nan.lt(a).none() && nan.gt(a).none() && nan.equal(nan).none());
         // The new value first, the bound second: NaN loses.

@@ -16,7 +16,8 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
     // Constructive geometry is done in double precision in every mode.
-    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
+    let mut room = None;
+    let rays = query.rays.in_double(&mut room);
     let t_min = query.t_min.to_f64s();
     let mut best = Best {
         t: query.t.to_f64s(),
@@ -29,10 +30,10 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
         let waiting = if ANY { lanes & !changed } else { lanes };
         let parts = &composite.parts;
         let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
-        let source = Parts { scene, left: query.left, part: query.part, starts };
+        let source = Parts { scene, left: &query.left, part: &query.part, starts };
         changed |= scene.csg.nearest(
             composite,
-            (&rays, stretch, query.lanes),
+            (rays, stretch, query.lanes),
             (waiting, t_min, ANY),
             &source,
             scratch,
@@ -42,9 +43,11 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
             break;
         }
     }
-    query.surface = best.surface;
-    if !ANY {
-        query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+    if changed != 0 {
+        query.surface = best.surface;
+        if !ANY {
+            query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+        }
     }
     changed
 }
@@ -54,9 +57,9 @@ pub struct Parts<'a, S: Scalar, B: Scalar> {
     /// Where the parts are.
     pub scene: &'a Compiled<S, B>,
     /// The surfaces the rays started on.
-    pub left: [SurfaceId; LANES],
+    pub left: &'a [SurfaceId; LANES],
     /// The parts of them.
-    pub part: [u8; LANES],
+    pub part: &'a [u8; LANES],
     /// False if none of them is a part that is asked for.
     pub starts: bool,
 }
@@ -79,7 +82,7 @@ impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
 
     #[inline(always)]
     fn on(&self, part: u32) -> u8 {
-        equal_lanes(&self.left, self.scene.first_part + part)
+        equal_lanes(self.left, self.scene.first_part + part)
     }
 }
 
@@ -88,7 +91,7 @@ impl<S: Scalar, B: Scalar> Parts<'_, S, B> {
     #[inline]
     fn ask(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>, full: bool) -> (usize, u8) {
         let on = if self.starts { self.on(part) } else { 0 };
-        let left = Left { on: Mask::from_bits(on), part: self.part };
+        let left = Left { on: Mask::from_bits(on), part: *self.part };
         let Part { kind, row, whole_skin, .. } = self.scene.csg.parts[part as usize];
         let (left, boundary) = ((on != 0).then_some(&left), full && !whole_skin);
         self.scene.parts.with(kind, RootsOf { row: row as usize, rays, left, boundary, full, out })

@@ -57,7 +57,7 @@ impl Enclosing {
         let mut scratch = Scratch::default();
         for &(kind, row, interior) in &self.0 {
             let found = if kind == COMPOSITE {
-                let source = Parts { scene, left: [NO_SURFACE; LANES], part: [0; LANES], starts: true };
+                let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
                 let composite = &scene.csg.composites[row as usize];
                 scene.csg.interiors_at_start(composite, &rays, &source, &mut scratch)
             } else {

@@ -169,9 +169,9 @@ fn resolve_kind<S: Scalar, B: Scalar>(
     if kind & PART == 0 {
         return scene.columns.with(kind, Resolve { rows, mask, rays: &query.rays, t: query.t });
     }
-    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
-    let t = query.t.to_f64s();
-    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: mask.cast(), rays: &rays, t });
+    let mut room = None;
+    let (rays, t) = (query.rays.in_double(&mut room), query.t.to_f64s());
+    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: mask.cast(), rays, t });
     Surfaces {
         point: found.point.cast(),
         normal: found.normal.cast(),
@@ -419,14 +419,15 @@ fn cut_textures<S: Scalar, B: Scalar>(
     owner: u32,
     lane: usize,
 ) -> Vec<u32> {
-    let rays = Rays { origin: query.rays.origin.cast(), dir: query.rays.dir.cast() };
+    let mut room = None;
+    let rays = query.rays.in_double(&mut room);
     let mut textures = vec![];
     if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
         let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
-        let source = Parts { scene, left: query.left, part: query.part, starts: true };
+        let source = Parts { scene, left: &query.left, part: &query.part, starts: true };
         // Two roundings: of `t` itself, and of the ray that it was found along.
         let at = (1 << lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
-        for (part, _) in scene.csg.parts_at(composite, &rays, at, &source, &mut Scratch::default()) {
+        for (part, _) in scene.csg.parts_at(composite, rays, at, &source, &mut Scratch::default()) {
             let owner = scene.owner[(scene.first_part + part) as usize];
             if !scene.owners[owner as usize].cut {
                 textures.push(scene.owners[owner as usize].textures[0]);

@@ -3,7 +3,7 @@
 use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};
 
 /// Packets that walk the tree together.
 pub const GROUP: usize = 8;
@@ -65,8 +65,7 @@ impl<L: Lane> Query<L> {
     /// True if a ray starts on one of `len` surfaces from `first` on.
     #[inline(always)]
     pub fn starts_within(&self, first: SurfaceId, len: u32) -> bool {
-        let here = |left: &SurfaceId| left.wrapping_sub(first) < len;
-        self.starts && self.left.iter().fold(false, |any, left| any | here(left))
+        self.starts && lanes_within(&self.left, first, len) != 0
     }
 
     /// Lanes that start on `surface`.
