@@ -113,10 +113,20 @@ impl CsgTree {
         sketch.near = plan.required;
         sketch.crossings.clear();
         sketch.asked.clear();
+        let (starts, beyond) = (source.starts(), start + pad);
+        // The crossing that rays start on lies between these two.
+        let reach = f32x8::from_f64s(-shift - t_min) - pad;
         for part in bits(plan.required) {
-            let [enter, leave] = self.bracket(first, part, rays, &lines, source, sketch).outer;
+            let bracket = self.bracket(first, part, rays, &lines, source, sketch);
+            let [enter, leave] = bracket.outer;
             (low, high) = (most(low, enter), least(high, leave));
             live &= low.le(high).bits();
+            let on = if starts { source.on(first + part) & live } else { 0 };
+            if on != 0 {
+                // Whoever leaves it here has left the whole.
+                let [enters, leaves] = bracket.ends().map(|end| end.meets(reach, beyond).bits());
+                live &= !(on & leaves & !enters);
+            }
             if live == 0 {
                 return Decided { changed: 0, doubt };
             }
@@ -144,10 +154,9 @@ impl CsgTree {
         }
 
         let inf = f32x8::lit(f64::INFINITY);
-        let beyond = start + pad;
         let before_end = end - pad;
         let (mut nearest, mut which, mut doubtful) = (Between(inf, inf), f32x8::zero(), inf);
-        let (mut changed, starts) = (0, source.starts());
+        let mut changed = 0;
         for part in bits(sketch.near & plan.seen) {
             let rule = &self.rules[(first + part) as usize];
             if rule.all.within & !sketch.near != 0 {
@@ -159,7 +168,6 @@ impl CsgTree {
             let on = if starts { source.on(first + part) & live } else { 0 };
             if on != 0 {
                 // The crossing where they start is none, if it is clear which that is.
-                let reach = f32x8::from_f64s(-shift - t_min) - pad;
                 let [enters, leaves] = ends.map(|end| end.meets(reach, beyond).bits());
                 let unclear = on & !(enters ^ leaves);
                 doubt |= unclear;
