@@ -21,13 +21,17 @@ const LEAST_SIZE: f64 = 64.0;
 /// a rounding.
 const ALONG_AXIS: f64 = 1e-15;
 
+/// Inverses of directions are no larger than this: a ray that runs along a slab to this share of its length is within or without it all
+/// along, and infinity times nothing does not come up.
+const STEEPEST: f64 = (1u64 << 60) as f64;
+
 /// In place of the inverse of nothing: larger than any square that matters, and finite when multiplied with one.
 const ENDLESS: f64 = 1e30;
 
 /// Crossings from single precision are compared to those from double with so much room, of the size of the composite.
 pub(super) const PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
 
-/// Where rays come in and go out; infinity and its opposite where they do not.
+/// Where rays come in and go out. Where they do not, that is NaN, or they go out before they come in.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Bracket {
     /// Of the grown body.
@@ -43,9 +47,9 @@ pub enum Body {
     Ball([f32; 3], [f32; 2]),
     /// The same in its own space.
     Ellipsoid(Map, [f32; 2]),
-    /// Low and high corners.
-    Box([[f32; 3]; 2], [[f32; 3]; 2]),
-    /// The same in its own space.
+    /// Middle and half edges.
+    Box([f32; 3], [[f32; 3]; 2]),
+    /// Half edges, in its own space around its middle.
     OrientedBox(Map, [[f32; 3]; 2]),
     /// Squares of the radius, and how far it goes beyond its ends.
     Cylinder(Map, [f32; 2], [f32; 2]),
@@ -96,16 +100,6 @@ impl Map {
 }
 
 impl Bracket {
-    #[inline(always)]
-    fn new(outer: [f32x8; 2], inner: [f32x8; 2]) -> Self {
-        let inf = f32x8::lit(f64::INFINITY);
-        let some = |[enter, leave]: [f32x8; 2]| {
-            let any = enter.le(leave); // False on NaN.
-            [any.select(enter, inf), any.select(leave, -inf)]
-        };
-        Self { outer: some(outer), inner: some(inner) }
-    }
-
     /// Around the middle of a chord whose half has these squares.
     #[inline(always)]
     fn chord(middle: f32x8, squares: [f32x8; 2]) -> Self {
@@ -113,22 +107,26 @@ impl Bracket {
             let half = square.sqrt();
             [middle - half, middle + half]
         });
-        Self::new(outer, inner)
+        Self { outer, inner }
     }
 
-    /// Between slabs: of the three axes [near, far] each.
+    /// Between the slabs of a box, `toward` its middle, by its half edges.
     #[inline(always)]
-    fn slabs(rays: &Rays<f32x8>, corners: [[Vec3<f32x8>; 2]; 2]) -> Self {
-        let Rays { origin: o, dir: d } = rays;
-        let inv = d.map(|d| f32x8::lit(1.0) / d);
-        // NaN comes of a ray in the plane of a grown or shrunk face, which is outside of the one, and in doubt for the other.
-        let [outer, inner] = corners.map(|[low, high]| {
-            let (low, high) = ((low - *o).mul(inv), (high - *o).mul(inv));
-            let near = most(most(least(low.x, high.x), least(low.y, high.y)), least(low.z, high.z));
-            let far = least(least(most(low.x, high.x), most(low.y, high.y)), most(low.z, high.z));
-            [near, far]
+    fn slabs(toward: Vec3<f32x8>, dir: Vec3<f32x8>, halves: [[f32; 3]; 2]) -> Self {
+        let steepest = f32x8::lit(STEEPEST);
+        let inv = dir.map(|d| most(least(f32x8::lit(1.0) / d, steepest), -steepest));
+        let (middle, inv) = (toward.mul(inv), inv.abs());
+        let [outer, inner] = halves.map(|half| {
+            let half = Vec3::<f32x8>::broadcast(half);
+            let end = |half: f32x8, inv: f32x8, middle: f32x8| {
+                [(-half).fused(inv, middle), half.fused(inv, middle)]
+            };
+            let x = end(half.x, inv.x, middle.x);
+            let y = end(half.y, inv.y, middle.y);
+            let z = end(half.z, inv.z, middle.z);
+            [most(most(x[0], y[0]), z[0]), least(least(x[1], y[1]), z[1])]
         });
-        Self::new(outer, inner)
+        Self { outer, inner }
     }
 
     /// From crossings in double precision, `shift` further on than here, rising, NaN last; what has four is not convex, and
@@ -145,8 +143,8 @@ impl Bracket {
         let room = |t: f32x8| t.abs() * f32x8::lit(PAD) + pad;
         let outer = [enter - room(enter), leave + room(leave)];
         let several = at(2).equal(at(2)).cast();
-        let inner = [several.select(inf, enter + room(enter)), leave - room(leave)];
-        Self::new(outer, inner)
+        let inner = [several.select(inf, enter + room(enter)), several.select(-inf, leave - room(leave))];
+        Self { outer, inner }
     }
 }
 
@@ -163,6 +161,7 @@ impl Body {
             |space: &OwnSpace| (0..3).map(|k| space.map.row(k).abs().element_sum()).fold(0.0, f64::max);
         let squares = |radius: f64, by: f64| [radius + by, radius - by].map(|r| (r * r) as f32);
         let single = |v: DVec3| v.to_array().map(|x| x as f32);
+        let halves = |half: DVec3, by: f64| [half + DVec3::splat(by), half - DVec3::splat(by)].map(single);
         let grown = match solid {
             Solid::Ball { center, radius } => growth(*center, 1.0, *radius)
                 .map(|by| Self::Ball(single(*center - middle), squares(*radius, by))),
@@ -170,19 +169,13 @@ impl Body {
                 .map(|by| Self::Ellipsoid(Map::new(space, middle), squares(1.0, by))),
             Solid::Box { min, max } => {
                 let reach = (*min - middle).abs().max((*max - middle).abs()) + middle;
-                growth(reach, 1.0, (*max - *min).min_element()).map(|by| {
-                    let (low, high) = (*min - middle, *max - middle);
-                    Self::Box(
-                        [single(low - DVec3::splat(by)), single(high + DVec3::splat(by))],
-                        [single(low + DVec3::splat(by)), single(high - DVec3::splat(by))],
-                    )
-                })
+                let (center, half) = ((*min + *max) * 0.5 - middle, (*max - *min) * 0.5);
+                growth(reach, 1.0, half.min_element()).map(|by| Self::Box(single(center), halves(half, by)))
             }
             Solid::OrientedBox(space, half) => {
                 growth(space.center, scale(space), half.min_element()).map(|by| {
                     let by = by + half.max_element() * GROWTH;
-                    let half = [*half + DVec3::splat(by), *half - DVec3::splat(by)];
-                    Self::OrientedBox(Map::new(space, middle), half.map(single))
+                    Self::OrientedBox(Map::new(space, middle), halves(*half, by))
                 })
             }
             Solid::Cylinder(space) => growth(space.center, scale(space), 1.0)
@@ -217,12 +210,10 @@ impl Body {
                 let square = across.fused_dot(across);
                 Bracket::chord(middle, squares.map(|s| (f32x8::splat(s) - square) * inv))
             }
-            Self::Box(grown, shrunk) => {
-                Bracket::slabs(rays, [grown.map(Vec3::broadcast), shrunk.map(Vec3::broadcast)])
-            }
-            Self::OrientedBox(map, half) => {
-                let corners = half.map(|half| [-Vec3::broadcast(half), Vec3::broadcast(half)]);
-                Bracket::slabs(&map.rays(rays), corners)
+            Self::Box(center, halves) => Bracket::slabs(Vec3::broadcast(*center) - origin, dir, *halves),
+            Self::OrientedBox(map, halves) => {
+                let own = map.rays(rays);
+                Bracket::slabs(-own.origin, own.dir, *halves)
             }
             Self::Cylinder(map, squares, ends) => Self::cylinder(&map.rays(rays), squares, ends),
             Self::HalfSpace(normal, ats) => {
@@ -234,7 +225,7 @@ impl Body {
                     let t = (f32x8::splat(at) - start) / climb;
                     [down.select(t, -inf), down.select(inf, t)]
                 });
-                Bracket::new(outer, inner)
+                Bracket { outer, inner }
             }
             Self::Asked => return false,
         };
@@ -258,7 +249,7 @@ impl Body {
             // NaN of a ray that misses the side comes last, and stays.
             [most(least(low, high), middle - half), least(most(low, high), middle + half)]
         };
-        Bracket::new(bracket(0), bracket(1))
+        Bracket { outer: bracket(0), inner: bracket(1) }
     }
 }
 
@@ -323,12 +314,12 @@ mod tests {
                 let ([a, d], [b, c]) = (ends(k, bracket.outer), ends(k, bracket.inner));
                 let within = |t: f64| t.clamp(-size, size);
                 if enter[k].is_nan() {
-                    assert!(b > c, "{round} {k}: {b} {c} of a miss by {solid:?}");
+                    assert!(!(b <= c), "{round} {k}: {b} {c} of a miss by {solid:?}");
                 } else {
                     let [a, b, c, d] = [a, b, c, d].map(within);
                     let [enter, leave] = [enter[k], leave[k]].map(within);
                     assert!(a <= enter && leave <= d, "{round} {k}: {a} {enter} {leave} {d} of {solid:?}");
-                    assert!(b > c || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
+                    assert!(!(b <= c) || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
                     crossed += 1;
                     wide += u32::from(b - a > 1e-3 || d - c > 1e-3);
                 }

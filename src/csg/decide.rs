@@ -50,11 +50,17 @@ impl Bracket {
         [Between(a, least(b, d)), Between(most(c, a), d)]
     }
 
-    /// Lanes in which a crossing is surely within, and surely without.
+    /// Lanes in which a crossing is surely within, and in which it may be.
     #[inline(always)]
-    fn sides(&self, at: Between) -> [Mask<f32x8>; 2] {
+    fn holds(&self, at: Between) -> [Mask<f32x8>; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
-        [b.le(at.0) & at.1.le(c), at.1.lt(a) | d.lt(at.0)]
+        [b.le(at.0) & at.1.le(c), at.meets(a, d)]
+    }
+
+    /// Lanes that meet the grown body.
+    #[inline(always)]
+    fn is_met(&self) -> Mask<f32x8> {
+        self.outer[0].le(self.outer[1])
     }
 }
 
@@ -148,7 +154,8 @@ impl CsgTree {
                 }
             }
             let [enter, leave] = self.bracket(first, part, rays, &lines, source, sketch).outer;
-            if most(enter, low).le(least(leave, high)).bits() & live != 0 {
+            // NaN comes last, and stays.
+            if most(low, enter).le(least(high, leave)).bits() & live != 0 {
                 sketch.near |= 1 << part;
             }
         }
@@ -174,10 +181,10 @@ impl CsgTree {
                 live &= !unclear;
                 away = [!(on & enters), !(on & leaves)];
             }
-            let sharp = bracket.inner[0].le(bracket.inner[1]);
+            let (met, sharp) = (bracket.is_met(), bracket.inner[0].le(bracket.inner[1]));
             for k in 0..2 {
                 let (end, away) = (ends[k], away[k]);
-                let wanted = end.meets(low, least(high, nearest.1)) & Mask::from_bits(live & away);
+                let wanted = met & end.meets(low, least(high, nearest.1)) & Mask::from_bits(live & away);
                 if wanted.none() {
                     continue;
                 }
@@ -257,12 +264,12 @@ impl CsgTree {
     ) -> (Mask<f32x8>, Mask<f32x8>) {
         let (mut sure, mut maybe) = (wanted, wanted);
         for part in bits(all.without & sketch.near) {
-            let [within, without] = sketch.of(part).sides(at);
-            (sure, maybe) = (sure & without, maybe & !within);
+            let [surely, perhaps] = sketch.of(part).holds(at);
+            (sure, maybe) = (sure & !perhaps, maybe & !surely);
         }
         for part in bits(all.within) {
-            let [within, without] = sketch.of(part).sides(at);
-            (sure, maybe) = (sure & within, maybe & !without);
+            let [surely, perhaps] = sketch.of(part).holds(at);
+            (sure, maybe) = (sure & surely, maybe & perhaps);
         }
         for clause in &self.clauses[clauses.start as usize..clauses.end as usize] {
             if maybe.none() {
@@ -273,12 +280,12 @@ impl CsgTree {
             }
             let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
             for part in bits(clause.within & sketch.near) {
-                let [within, without] = sketch.of(part).sides(at);
-                (surely, perhaps) = (surely | within, perhaps | !without);
+                let [within, touching] = sketch.of(part).holds(at);
+                (surely, perhaps) = (surely | within, perhaps | touching);
             }
             for part in bits(clause.without) {
-                let [within, without] = sketch.of(part).sides(at);
-                (surely, perhaps) = (surely | without, perhaps | !within);
+                let [within, touching] = sketch.of(part).holds(at);
+                (surely, perhaps) = (surely | !touching, perhaps | !within);
             }
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
@@ -310,5 +317,33 @@ impl CsgTree {
             t = between.cast().select(crossing, t);
         }
         t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_crossed_four_times_is_in_doubt_from_first_to_last() {
+        let crossings = [1.0, 2.0, 4.0, 8.0].map(f64x8::lit);
+        let bracket = Bracket::of_crossings(&crossings, f64x8::zero(), f32x8::lit(1e-6));
+        let at = |t: f64| Between(f32x8::lit(t), f32x8::lit(t));
+        for t in [1.0, 2.0, 3.0, 4.0, 6.0, 8.0] {
+            assert!(bracket.ends().iter().all(|end| end.meets(f32x8::lit(t), f32x8::lit(t)).all()), "{t}");
+            let [surely, perhaps] = bracket.holds(at(t));
+            assert!(surely.none() && perhaps.all(), "{t}");
+        }
+        let [_, perhaps] = bracket.holds(at(9.0));
+        assert!(perhaps.none() && bracket.is_met().all());
+    }
+
+    #[test]
+    fn what_is_missed_holds_nothing() {
+        let none = [f64x8::lit(f64::NAN); 2];
+        let bracket = Bracket::of_crossings(&none, f64x8::zero(), f32x8::lit(1e-6));
+        let at = Between(f32x8::zero(), f32x8::zero());
+        let [surely, perhaps] = bracket.holds(at);
+        assert!(surely.none() && perhaps.none() && bracket.is_met().none());
     }
 }
