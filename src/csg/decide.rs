@@ -101,7 +101,7 @@ impl CsgTree {
         let foot = (from + rays.dir * shift).cast::<f32x8>();
         let pad = f32x8::splat(plan.pad);
         let lines = Lines { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
-        let steady = (rays.origin.abs().max_element() + shift.abs()).le(f64x8::lit(plan.farthest));
+        let steady = shift.abs().le(f64x8::lit(plan.farthest));
         let mut doubt = lanes & !steady.bits();
         let mut live = lanes & !doubt;
 
@@ -137,14 +137,11 @@ impl CsgTree {
                 return Decided { changed: 0, doubt };
             }
         }
-        let beam = Beam::new(&lines.rays, live, plan.size);
-        let mut waiting = 0;
-        for (block, capsules) in
-            self.capsules[plan.capsules.start as usize..plan.capsules.end as usize].iter().enumerate()
-        {
-            waiting |= u64::from(beam.meets(capsules)) << (block * LANES);
-        }
-        for part in bits(waiting & plan.others) {
+        let waiting = match plan.capsules.is_empty() {
+            true => plan.others,
+            false => plan.others & self.passed_close(plan, &lines, live),
+        };
+        for part in bits(waiting) {
             if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
                 let toward = Vec3::<f32x8>::broadcast([x, y, z]) - foot;
                 let ahead = toward.fused_dot(lines.rays.dir);
@@ -228,6 +225,15 @@ impl CsgTree {
             changed |= best.take(number, t, wanted);
         }
         Decided { changed, doubt }
+    }
+
+    /// A bit for each part that the rays of `live` may meet, and for some that are none.
+    #[inline(always)]
+    fn passed_close(&self, plan: &Plan, lines: &Lines, live: u8) -> u64 {
+        let beam = Beam::new(&lines.rays, live, plan.size);
+        let blocks = &self.capsules[plan.capsules.start as usize..plan.capsules.end as usize];
+        let met = |(block, capsules)| u64::from(beam.meets(capsules)) << (block * LANES);
+        blocks.iter().enumerate().map(met).fold(0, |near, these| near | these)
     }
 
     /// Brackets a part.

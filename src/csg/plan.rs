@@ -14,6 +14,9 @@ pub(super) const MOST_PARTS: usize = 64;
 /// Nor those whose expressions take more clauses, a part.
 const MOST_CLAUSES: usize = 32;
 
+/// So few parts are bracketed at once: a beam and its capsules take as long as one and a half.
+const FEW: u32 = 3;
+
 /// A ball around a part that reaches out to this share of the ball around the whole is not worth a test.
 const WORTH_A_TEST: f64 = 0.75;
 
@@ -36,7 +39,7 @@ pub struct Plan {
     pub(super) square: f32,
     /// How far that goes.
     pub(super) size: f32,
-    /// Rays from farther away are not decided.
+    /// Rays that start farther than this from where they are nearest to the middle are not decided.
     pub(super) farthest: f64,
     /// What crossings in single and double precision may differ by.
     pub(super) pad: f32,
@@ -46,7 +49,7 @@ pub struct Plan {
     pub(super) others: u64,
     /// A bit for each part whose surface can be seen.
     pub(super) seen: u64,
-    /// Around all parts, in eights: a stretch of [`CsgTree::capsules`].
+    /// Around all parts, in eights: a stretch of [`CsgTree::capsules`]. None if parts other than required ones are few.
     pub(super) capsules: Range<u32>,
 }
 
@@ -133,18 +136,22 @@ impl CsgTree {
         };
         let required = &self.required[composite.required.start as usize..composite.required.end as usize];
         let required = bits(&|number| required.contains(&number));
-        let blocks = self.capsules.len() as u32..(self.capsules.len() + count.div_ceil(LANES)) as u32;
-        self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
+        let others = bits(&|_| true) & !required;
+        let first_block = self.capsules.len() as u32;
+        if others.count_ones() > FEW {
+            self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
+        }
         let plan = Plan {
             middle,
             size: (size * (1.0 + BALL_ROOM)) as f32,
             square: (size * size * (1.0 + BALL_ROOM)) as f32,
-            farthest,
+            // The start is at most this, the middle and the size away from the origin.
+            farthest: (farthest - size - middle.abs().max_element()) * 0.5,
             pad: (size * PAD) as f32,
             required,
-            others: bits(&|_| true) & !required,
+            others,
             seen: bits(&|number| self.parts[number as usize].seen),
-            capsules: blocks,
+            capsules: first_block..self.capsules.len() as u32,
         };
         self.clauses.extend(clauses);
         self.rules[first as usize..first as usize + count].clone_from_slice(&rules);
