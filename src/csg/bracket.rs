@@ -100,33 +100,16 @@ impl Map {
 }
 
 impl Bracket {
-    /// Around the middle of a chord whose half has these squares.
+    /// Becomes what `ends` says, of the grown body (0) and of the shrunk one (1): of the latter only if `go_on` says so, seeing the
+    /// former, and that is what comes back.
     #[inline(always)]
-    fn chord(middle: f32x8, squares: [f32x8; 2]) -> Self {
-        let [outer, inner] = squares.map(|square| {
-            let half = square.sqrt();
-            [middle - half, middle + half]
-        });
-        Self { outer, inner }
-    }
-
-    /// Between the slabs of a box, `toward` its middle, by its half edges.
-    #[inline(always)]
-    fn slabs(toward: Vec3<f32x8>, dir: Vec3<f32x8>, halves: [[f32; 3]; 2]) -> Self {
-        let steepest = f32x8::lit(STEEPEST);
-        let inv = dir.map(|d| most(least(f32x8::lit(1.0) / d, steepest), -steepest));
-        let (middle, inv) = (toward.mul(inv), inv.abs());
-        let [outer, inner] = halves.map(|half| {
-            let half = Vec3::<f32x8>::broadcast(half);
-            let end = |half: f32x8, inv: f32x8, middle: f32x8| {
-                [(-half).fused(inv, middle), half.fused(inv, middle)]
-            };
-            let x = end(half.x, inv.x, middle.x);
-            let y = end(half.y, inv.y, middle.y);
-            let z = end(half.z, inv.z, middle.z);
-            [most(most(x[0], y[0]), z[0]), least(least(x[1], y[1]), z[1])]
-        });
-        Self { outer, inner }
+    fn put(&mut self, ends: impl Fn(usize) -> [f32x8; 2], go_on: impl FnOnce([f32x8; 2]) -> bool) -> bool {
+        self.outer = ends(0);
+        let wanted = go_on(self.outer);
+        if wanted {
+            self.inner = ends(1);
+        }
+        wanted
     }
 
     /// From crossings in double precision, `shift` further on than here, rising, NaN last; what has four is not convex, and
@@ -190,17 +173,23 @@ impl Body {
         grown.unwrap_or(Self::Asked)
     }
 
-    /// Says where it is along eight rays; false if its crossings must be asked for.
+    /// Says where it is along eight rays, as [`Bracket::put`] does; `asked` knows where its crossings must be asked for.
     #[inline(always)]
-    pub(super) fn bracket(&self, rays: &Rays<f32x8>, bracket: &mut Bracket) -> bool {
+    pub(super) fn bracket(
+        &self,
+        rays: &Rays<f32x8>,
+        bracket: &mut Bracket,
+        asked: impl FnOnce() -> Bracket,
+        go_on: impl FnOnce([f32x8; 2]) -> bool,
+    ) -> bool {
         let Rays { origin, dir } = *rays;
-        *bracket = match self {
+        match self {
             Self::Ball(center, squares) => {
                 let toward = Vec3::broadcast(*center) - origin;
                 let middle = toward.fused_dot(dir);
                 let across = along(toward, dir, -middle);
                 let square = across.fused_dot(across);
-                Bracket::chord(middle, squares.map(|s| f32x8::splat(s) - square))
+                bracket.put(|k| chord(middle, f32x8::splat(squares[k]) - square), go_on)
             }
             Self::Ellipsoid(map, squares) => {
                 let own = map.rays(rays);
@@ -208,48 +197,78 @@ impl Body {
                 let middle = -own.origin.fused_dot(own.dir) * inv;
                 let across = along(own.origin, own.dir, middle);
                 let square = across.fused_dot(across);
-                Bracket::chord(middle, squares.map(|s| (f32x8::splat(s) - square) * inv))
+                bracket.put(|k| chord(middle, (f32x8::splat(squares[k]) - square) * inv), go_on)
             }
-            Self::Box(center, halves) => Bracket::slabs(Vec3::broadcast(*center) - origin, dir, *halves),
+            Self::Box(center, halves) => {
+                bracket.put(slabs(Vec3::broadcast(*center) - origin, dir, halves), go_on)
+            }
             Self::OrientedBox(map, halves) => {
                 let own = map.rays(rays);
-                Bracket::slabs(-own.origin, own.dir, *halves)
+                bracket.put(slabs(-own.origin, own.dir, halves), go_on)
             }
-            Self::Cylinder(map, squares, ends) => Self::cylinder(&map.rays(rays), squares, ends),
+            Self::Cylinder(map, squares, ends) => {
+                bracket.put(cylinder(&map.rays(rays), squares, ends), go_on)
+            }
             Self::HalfSpace(normal, ats) => {
                 let (normal, zero, inf) =
                     (Vec3::broadcast(*normal), f32x8::zero(), f32x8::lit(f64::INFINITY));
                 let (start, climb) = (normal.fused_dot(origin), normal.fused_dot(dir) + zero);
                 let down = climb.lt(zero);
-                let [outer, inner] = ats.map(|at| {
-                    let t = (f32x8::splat(at) - start) / climb;
+                let ends = |k: usize| {
+                    let t = (f32x8::splat(ats[k]) - start) / climb;
                     [down.select(t, -inf), down.select(inf, t)]
-                });
-                Bracket { outer, inner }
+                };
+                bracket.put(ends, go_on)
             }
-            Self::Asked => return false,
-        };
-        true
+            Self::Asked => {
+                *bracket = asked();
+                go_on(bracket.outer)
+            }
+        }
     }
+}
 
-    #[inline(always)]
-    fn cylinder(own: &Rays<f32x8>, squares: &[f32; 2], ends: &[f32; 2]) -> Bracket {
-        let Rays { origin: o, dir: d } = *own;
-        let flat = d.x.fused(d.x, d.y * d.y);
-        let slanted = flat.gt(d.fused_dot(d) * f32x8::lit(ALONG_AXIS));
-        let inv = slanted.select(f32x8::lit(1.0) / flat, f32x8::lit(ENDLESS));
-        let middle = slanted.keep(-o.x.fused(d.x, o.y * d.y) * inv);
-        let (x, y) = (d.x.fused(middle, o.x), d.y.fused(middle, o.y));
-        let square = x.fused(x, y * y);
-        let climb = f32x8::lit(1.0) / d.z;
-        let bracket = |k: usize| {
-            let half = ((f32x8::splat(squares[k]) - square) * inv).sqrt();
-            let end = f32x8::splat(ends[k]);
-            let (low, high) = ((-end - o.z) * climb, (f32x8::lit(1.0) + end - o.z) * climb);
-            // NaN of a ray that misses the side comes last, and stays.
-            [most(least(low, high), middle - half), least(most(low, high), middle + half)]
-        };
-        Bracket { outer: bracket(0), inner: bracket(1) }
+/// Around the middle of a chord whose half has this square.
+#[inline(always)]
+fn chord(middle: f32x8, square: f32x8) -> [f32x8; 2] {
+    let half = square.sqrt();
+    [middle - half, middle + half]
+}
+
+/// Between the slabs of a box, `toward` its middle, by its half edges.
+#[inline(always)]
+fn slabs(toward: Vec3<f32x8>, dir: Vec3<f32x8>, halves: &[[f32; 3]; 2]) -> impl Fn(usize) -> [f32x8; 2] {
+    let steepest = f32x8::lit(STEEPEST);
+    let inv = dir.map(|d| most(least(f32x8::lit(1.0) / d, steepest), -steepest));
+    let (middle, inv) = (toward.mul(inv), inv.abs());
+    move |k| {
+        let half = Vec3::<f32x8>::broadcast(halves[k]);
+        let end =
+            |half: f32x8, inv: f32x8, middle: f32x8| [(-half).fused(inv, middle), half.fused(inv, middle)];
+        let x = end(half.x, inv.x, middle.x);
+        let y = end(half.y, inv.y, middle.y);
+        let z = end(half.z, inv.z, middle.z);
+        [most(most(x[0], y[0]), z[0]), least(least(x[1], y[1]), z[1])]
+    }
+}
+
+/// Within a cylinder, in its own space.
+#[inline(always)]
+fn cylinder(own: &Rays<f32x8>, squares: &[f32; 2], ends: &[f32; 2]) -> impl Fn(usize) -> [f32x8; 2] {
+    let Rays { origin: o, dir: d } = *own;
+    let flat = d.x.fused(d.x, d.y * d.y);
+    let slanted = flat.gt(d.fused_dot(d) * f32x8::lit(ALONG_AXIS));
+    let inv = slanted.select(f32x8::lit(1.0) / flat, f32x8::lit(ENDLESS));
+    let middle = slanted.keep(-o.x.fused(d.x, o.y * d.y) * inv);
+    let (x, y) = (d.x.fused(middle, o.x), d.y.fused(middle, o.y));
+    let square = x.fused(x, y * y);
+    let climb = f32x8::lit(1.0) / d.z;
+    move |k| {
+        let half = ((f32x8::splat(squares[k]) - square) * inv).sqrt();
+        let end = f32x8::splat(ends[k]);
+        let (low, high) = ((-end - o.z) * climb, (f32x8::lit(1.0) + end - o.z) * climb);
+        // NaN of a ray that misses the side comes last, and stays.
+        [most(least(low, high), middle - half), least(most(low, high), middle + half)]
     }
 }
 
@@ -294,7 +313,7 @@ mod tests {
             let shift = -from.dot(rays.dir);
             let own = Rays { origin: (from + rays.dir * shift).cast(), dir: rays.dir.cast() };
             let mut bracket = Bracket::default();
-            assert!(body.bracket(&own, &mut bracket));
+            assert!(body.bracket(&own, &mut bracket, || unreachable!(), |_| true));
             let roots = block.roots(0, &rays, None);
             let (inside, inf) = (block.starts_inside(0, &rays), f64x8::lit(f64::INFINITY));
             let here = |t: f64x8| (t - shift).to_array();

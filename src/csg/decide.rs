@@ -123,18 +123,22 @@ impl CsgTree {
         // The crossing that rays start on lies between these two.
         let reach = f32x8::from_f64s(-shift - t_min) - pad;
         for part in bits(plan.required) {
-            let bracket = self.bracket(first, part, rays, &lines, source, sketch);
-            let [enter, leave] = bracket.outer;
-            (low, high) = (most(low, enter), least(high, leave));
-            live &= low.le(high).bits();
+            let reached = |[enter, leave]: [f32x8; 2]| {
+                (low, high) = (most(low, enter), least(high, leave));
+                live &= low.le(high).bits();
+                live != 0
+            };
+            if !self.bracket((first, part), (rays, &lines), source, sketch, reached) {
+                return Decided { changed: 0, doubt };
+            }
             let on = if starts { source.on(first + part) & live } else { 0 };
             if on != 0 {
                 // Whoever leaves it here has left the whole.
-                let [enters, leaves] = bracket.ends().map(|end| end.meets(reach, beyond).bits());
+                let [enters, leaves] = sketch.of(part).ends().map(|end| end.meets(reach, beyond).bits());
                 live &= !(on & leaves & !enters);
-            }
-            if live == 0 {
-                return Decided { changed: 0, doubt };
+                if live == 0 {
+                    return Decided { changed: 0, doubt };
+                }
             }
         }
         let waiting = match plan.capsules.is_empty() {
@@ -150,9 +154,10 @@ impl CsgTree {
                     continue;
                 }
             }
-            let [enter, leave] = self.bracket(first, part, rays, &lines, source, sketch).outer;
             // NaN comes last, and stays.
-            if most(low, enter).le(least(high, leave)).bits() & live != 0 {
+            let reached =
+                |[enter, leave]: [f32x8; 2]| most(low, enter).le(least(high, leave)).bits() & live != 0;
+            if self.bracket((first, part), (rays, &lines), source, sketch, reached) {
                 sketch.near |= 1 << part;
             }
         }
@@ -236,26 +241,25 @@ impl CsgTree {
         blocks.iter().enumerate().map(met).fold(0, |near, these| near | these)
     }
 
-    /// Brackets a part.
+    /// Brackets a part, if after a look at the grown body `go_on` says so.
     #[inline(always)]
-    fn bracket<'a>(
+    fn bracket(
         &self,
-        first: u32,
-        part: u32,
-        rays: &Rays<f64x8>,
-        lines: &Lines,
+        (first, part): (u32, u32),
+        (rays, lines): (&Rays<f64x8>, &Lines),
         source: &impl PartRoots,
-        sketch: &'a mut Sketch,
-    ) -> &'a Bracket {
+        sketch: &mut Sketch,
+        go_on: impl FnOnce([f32x8; 2]) -> bool,
+    ) -> bool {
         let Sketch { crossings, asked, brackets, .. } = sketch;
-        let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
-        if !self.rules[(first + part) as usize].body.bracket(&lines.rays, place) {
+        let ask = || {
             let start = crossings.len();
             source.crossings(first + part, rays, crossings);
             asked.push((first + part, start..crossings.len()));
-            *place = Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad);
-        }
-        place
+            Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
+        };
+        let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
+        self.rules[(first + part) as usize].body.bracket(&lines.rays, place, ask, go_on)
     }
 
     /// Lanes in which a crossing is surely a surface, and in which it may be.
