@@ -1,7 +1,7 @@
 //! Which lights have buffers, and how fine.
 
 use super::light::LightProgram;
-use super::light_buffer::{Casters, are_worth_it, fill};
+use super::light_buffer::{Casters, Room, are_worth_it, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
 use rayon::prelude::*;
@@ -42,8 +42,13 @@ pub fn surround<S: Scalar, B: Scalar>(
         LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,
         LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
     };
-    lights.par_iter_mut().for_each(|light| {
-        let around = |place| fill(scene, &casters, place, cells.max(FEWEST_CELLS));
-        light.buffer = light.shadow_point().map(around);
+    // A thread takes several lights one after the other, for which it needs memory once.
+    let share = lights.len().div_ceil(rayon::current_num_threads()).max(1);
+    lights.par_chunks_mut(share).for_each(|lights| {
+        let mut room = Room::default();
+        for light in lights {
+            let around = |place| fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
+            light.buffer = light.shadow_point().map(around);
+        }
     });
 }

@@ -16,7 +16,7 @@ mod sheet;
 
 pub use among::Ways;
 pub use casters::{Casters, are_worth_it};
-pub use raster::fill;
+pub use raster::{Room, fill};
 
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::kernel::View;

@@ -35,12 +35,23 @@ pub(super) fn axes(face: usize) -> (usize, usize, usize, bool) {
     (along, (along + 1) % 3, (along + 2) % 3, face % 2 == 1)
 }
 
-/// The light's buffer at `location`.
+/// Memory that filling leaves to the next light's: fresh pages cost more than what is written to them.
+#[derive(Default)]
+pub struct Room {
+    /// What is seen through each face.
+    seen: [Seen; FACES],
+    drawn: Drawn,
+    /// Depths at the corners of a caster's cells.
+    corners: Vec<f64>,
+}
+
+/// The light's buffer at `location`, of about so many cells.
 pub fn fill<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     casters: &Casters,
     location: DVec3,
     cells: usize,
+    room: &mut Room,
 ) -> LightBuffer {
     let far = casters.bounds.map_or(0.0, |b| b.min.abs().max(b.max.abs()).max_element());
     let slack = ROUNDINGS * S::UNIT_ROUNDOFF * location.abs().max_element().max(far);
@@ -60,8 +71,8 @@ pub fn fill<S: Scalar, B: Scalar>(
         }
     }
 
-    // What is seen through each face.
-    let mut seen: [Seen; FACES] = Default::default();
+    let Room { seen, drawn, corners } = room;
+    seen.iter_mut().for_each(Seen::clear);
     // Shows the light a caster; false if it is in its box.
     let show = |seen: &mut [Seen; FACES], number: usize, caster: &Caster| {
         let (min, max) = relative(caster, location, slack);
@@ -72,7 +83,7 @@ pub fn fill<S: Scalar, B: Scalar>(
         !around
     };
     for (number, caster) in casters.all.iter().enumerate() {
-        if !show(&mut seen, number, caster) {
+        if !show(seen, number, caster) {
             match Region::within(caster, location, slack) {
                 Some(region) => buffer.regions.push(region),
                 None => buffer.complete = false,
@@ -83,12 +94,12 @@ pub fn fill<S: Scalar, B: Scalar>(
     let mut others = Vec::new();
     for (kind, opaque) in &casters.triangles {
         let base = scene.base[*kind as usize];
-        let each = EachTriangle { opaque, base, location, slack, seen: &mut seen };
+        let each = EachTriangle { opaque, base, location, slack, seen: &mut *seen };
         let rows = scene.columns.with(*kind as u8, each);
         others.extend(rows.into_iter().map(|row| caster(scene, (*kind as u8, class::BLOCKS), row)));
     }
     for (number, caster) in others.iter().enumerate() {
-        buffer.complete &= show(&mut seen, casters.all.len() + number, caster);
+        buffer.complete &= show(seen, casters.all.len() + number, caster);
     }
     buffer.sheets = [0, 1].map(|k| {
         let (kind, opaque) = &casters.triangles[k];
@@ -99,31 +110,21 @@ pub fn fill<S: Scalar, B: Scalar>(
         [] => Cow::Borrowed(&casters.all[..]),
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
-    lay_out(&mut buffer, &seen, cells, S::UNIT_ROUNDOFF);
+    lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
     for (number, seen) in seen.iter().enumerate() {
         let face = buffer.faces[number];
-        let settle = Settle { scene, casters: &all, facets: &seen.facets, face: &face };
-        let mut entries = Entries(Vec::with_capacity(seen.drawn(&face) as usize));
-        let mut corners = Vec::new();
+        drawn.outlined.clear();
         for (caster, outline) in &seen.outlines {
             let (name, caster) = (*caster, &all[*caster as usize]);
             let places = outline.cells(&face);
-            draw(name, outline, &face, places, slack, &mut entries);
+            draw(name, outline, &face, places, slack, &mut drawn.outlined);
             if caster.blocks {
                 let light = Light { location, face: number, slack };
-                block(scene, caster, &light, &face, places, (&mut corners, &mut entries));
+                block(scene, caster, &light, &face, places, (corners, &mut drawn.outlined));
             }
         }
-        for (number, facet) in (0..).zip(&seen.facets) {
-            let [[left, right], [low, high]] = facet.cells(&face);
-            let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
-            for row in low..=high {
-                for column in left..=right {
-                    entries.0.push((row * face.columns + column, entry));
-                }
-            }
-        }
-        entries.settle(&settle, &mut buffer);
+        let how = Settle { scene, casters: &all, facets: &seen.facets, face: &face };
+        drawn.settle(&how, &mut buffer);
     }
     buffer
 }
@@ -174,32 +175,55 @@ impl<S: Scalar> WithBlock<S> for EachTriangle<'_> {
     }
 }
 
-/// What is drawn into the cells of one face, in any order.
-struct Entries(Vec<(u32, Entry)>);
+/// What is drawn into the cells of one face.
+#[derive(Default)]
+struct Drawn {
+    /// Casters in their cells, one caster after the other.
+    outlined: Vec<(u32, Entry)>,
+    /// By cell: where its entries begin.
+    start: Vec<u32>,
+    /// Entries, those of one cell together.
+    entries: Vec<Entry>,
+}
 
-impl Entries {
-    /// Settles all cells of a face.
-    fn settle<S: Scalar, B: Scalar>(self, how: &Settle<S, B>, buffer: &mut LightBuffer) {
-        let face = how.face;
+impl Drawn {
+    /// Settles all cells of a face from the casters drawn and from the facets.
+    fn settle<S: Scalar, B: Scalar>(&mut self, how: &Settle<S, B>, buffer: &mut LightBuffer) {
+        let Self { outlined, start, entries } = self;
+        let Settle { face, facets, .. } = *how;
         let count = (face.columns * face.rows) as usize;
-        // By cell: where its entries begin.
-        let mut start = vec![0u32; count + 1];
-        for (cell, _) in &self.0 {
+        start.clear();
+        start.resize(count + 1, 0);
+        for (cell, _) in &*outlined {
             start[*cell as usize + 1] += 1;
+        }
+        for facet in facets {
+            facet.each_cell(face, |cell| start[cell as usize + 1] += 1);
         }
         for cell in 0..count {
             start[cell + 1] += start[cell];
         }
-        let mut sorted = vec![Entry { near: 0.0, far: 0.0, what: 0 }; self.0.len()];
-        for (cell, entry) in &self.0 {
-            let place = &mut start[*cell as usize];
-            sorted[*place as usize] = *entry;
+        // What is left of the last face is written over.
+        let all = start[count] as usize;
+        if entries.len() < all {
+            entries.resize(all, Entry { near: 0.0, far: 0.0, what: 0 });
+        }
+        let mut put = |cell: u32, entry: Entry| {
+            let place = &mut start[cell as usize];
+            entries[*place as usize] = entry;
             *place += 1;
+        };
+        for (cell, entry) in &*outlined {
+            put(*cell, *entry);
+        }
+        for (number, facet) in (0..).zip(facets) {
+            let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
+            facet.each_cell(face, |cell| put(cell, entry));
         }
         // Now each is where the next begins.
         let mut first = 0;
-        for (cell, end) in (0..count as u32).zip(start) {
-            let entries = &mut sorted[first..end as usize];
+        for (cell, &end) in (0..count as u32).zip(&*start) {
+            let entries = &mut entries[first..end as usize];
             first = end as usize;
             let place = (cell % face.columns, cell / face.columns);
             buffer.cells[(face.first + cell) as usize] = how.cell(entries, place, &mut buffer.candidates);
@@ -251,7 +275,7 @@ fn draw(
     face: &Face,
     places: [[u32; 2]; 2],
     slack: f64,
-    entries: &mut Entries,
+    entries: &mut Vec<(u32, Entry)>,
 ) {
     let [[left, right], [low, high]] = places;
     for row in low..=high {
@@ -260,7 +284,7 @@ fn draw(
             let near = near.max(outline.depth_in(0, column, face));
             let near = (near * (1.0 - DEPTH_ROUNDING) - slack) as f32;
             let entry = Entry { near, far: f32::INFINITY, what: number };
-            entries.0.push((row * face.columns + column, entry));
+            entries.push((row * face.columns + column, entry));
         }
     }
 }
@@ -283,7 +307,7 @@ fn block<S: Scalar, B: Scalar>(
     light: &Light,
     face: &Face,
     places: [[u32; 2]; 2],
-    (depths, entries): (&mut Vec<f64>, &mut Entries),
+    (depths, entries): (&mut Vec<f64>, &mut [(u32, Entry)]),
 ) {
     let [[left, right], [low, high]] = places;
     if right - left < 2 || high - low < 2 {
@@ -293,10 +317,10 @@ fn block<S: Scalar, B: Scalar>(
     let columns = (right - left + 2) as usize;
     let corners = columns * (high - low + 2) as usize;
     // What has just been drawn, cell by cell.
-    let Some(drawn) = entries.0.len().checked_sub(((right - left + 1) * (high - low + 1)) as usize) else {
+    let Some(drawn) = entries.len().checked_sub(((right - left + 1) * (high - low + 1)) as usize) else {
         return;
     };
-    let mut drawn = entries.0[drawn..].iter_mut();
+    let mut drawn = entries[drawn..].iter_mut();
     depths.clear();
     for first in (0..corners).step_by(LANES) {
         let place = |side: usize, edge: u32| face.corner[side] + f64::from(edge) / face.scale;

@@ -87,8 +87,17 @@ pub(super) struct Facet {
 impl Facet {
     /// The cells it is seen through: more than those that are grown by [`CELL_ROUNDING`] and see it.
     #[inline(always)]
-    pub fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
+    fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
         places(face, [self.figure.range(0), self.figure.range(1)], 2.0 * CELL_ROUNDING)
+    }
+
+    /// Calls with the number of each.
+    #[inline(always)]
+    pub fn each_cell(&self, face: &Face, mut call: impl FnMut(u32)) {
+        let [[left, right], [low, high]] = self.cells(face);
+        for row in low..=high {
+            (left..=right).for_each(|column| call(row * face.columns + column));
+        }
     }
 }
 
@@ -106,6 +115,13 @@ pub(super) struct Seen {
 }
 
 impl Seen {
+    /// Nothing, as before anything was added.
+    pub fn clear(&mut self) {
+        self.outlines.clear();
+        self.facets.clear();
+        (self.frame, self.area, self.girth) = (None, 0.0, 0.0);
+    }
+
     /// How many.
     pub fn len(&self) -> usize {
         self.outlines.len() + self.facets.len()
