@@ -92,7 +92,7 @@ pub fn render<S: Scalar, B: Scalar>(
     // Tiles are laid down as they are done, each by the thread that made it: afterwards it would be one thread's work.
     let result = Mutex::new((Film::new(width, height), RayCounts::default(), Occupancy::default()));
     tiles.into_par_iter().for_each_init(
-        || (TileWorker::<S, B>::new(schedule.traversal, count), Vec::new()),
+        || (TileWorker::new(&shared, schedule.traversal, count), Vec::new()),
         |(worker, pixels), area| {
             let before = worker.occupancy();
             let tile_counts = worker.render(&shared, area, pixels);

@@ -168,24 +168,18 @@ pub struct Queue<P> {
     taken: u64,
 }
 
-impl<P: Packet> Default for Queue<P> {
-    fn default() -> Self {
+impl<P: Packet> Queue<P> {
+    /// An empty one; with `mixed` packets may be of several octants: what walks small trees does not care.
+    pub fn new(mixed: bool) -> Self {
         Self {
             packets: Vec::new(),
             ready: 0,
             octants: Vec::new(),
             open: vec![P::default(); OCTANTS],
-            mixed: false,
+            mixed,
             rays: 0,
             taken: 0,
         }
-    }
-}
-
-impl<P: Packet> Queue<P> {
-    /// From now on, whether packets may be of several octants: what walks small trees does not care.
-    pub fn mix(&mut self, mixed: bool) {
-        self.mixed = mixed;
     }
 
     /// Where the next packet is to be made, for [`Queue::push`] to take; it holds what was there before.
@@ -362,14 +356,14 @@ mod tests {
 
     #[test]
     fn nearly_full_packets_of_one_octant_stay_whole() {
-        let mut queue = Queue::default();
+        let mut queue = Queue::new(false);
         push(&mut queue, packet(0b1111_0111, |_| 1.0));
         assert_eq!(sinks(&queue), [[0, 1, 2, 4, 5, 6, 7]]);
     }
 
     #[test]
     fn mixed_rays_are_sorted_by_octant() {
-        let mut queue = Queue::default();
+        let mut queue = Queue::new(false);
         let alternating = packet(0xff, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
         push(&mut queue, alternating);
         assert_eq!(queue.len(), 0);
@@ -387,7 +381,7 @@ mod tests {
 
     #[test]
     fn what_is_open_waits_for_the_flush() {
-        let mut queue = Queue::default();
+        let mut queue = Queue::new(false);
         push(&mut queue, packet(0b0000_0110, |_| 1.0));
         assert_eq!(queue.len(), 0);
         queue.flush();

@@ -14,7 +14,6 @@ use crate::compile::Compiled;
 use crate::lane::{Lane, Scalar};
 
 /// Buffers for shadow rays.
-#[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
     /// Rays that nothing opaque blocks, but that several things tint.
@@ -26,9 +25,9 @@ pub struct ShadowTracer<S: Scalar> {
 }
 
 impl<S: Scalar> ShadowTracer<S> {
-    /// See [`Queue::mix`].
-    pub fn mix(&mut self, mixed: bool) {
-        self.open.mix(mixed);
+    /// For queues like that of [`Queue::new`].
+    pub fn new(mixed: bool) -> Self {
+        Self { queries: Vec::new(), open: Queue::new(mixed), rests: Vec::new(), suspects: Vec::new() }
     }
 
     /// Traces the ready packets of `queue`, which lead to light number `light`, and adds the light that arrives to

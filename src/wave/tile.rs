@@ -24,7 +24,6 @@ const BATCH: usize = 128;
 const SHADOW_BATCH: usize = 8;
 
 /// Buffers of one thread, reused from tile to tile.
-#[derive(Default)]
 pub struct TileWorker<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
     shadows: ShadowTracer<S>,
@@ -47,12 +46,29 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
 
 impl<S: Scalar, B: Scalar> TileWorker<S, B> {
     /// Buffers of a thread whose rays go through the tree in this way and that, if asked, counts how many lanes work.
-    pub fn new(traversal: Traversal, count: bool) -> Self {
-        let mut worker = Self { tracer: Tracer::with(traversal), ..Self::default() };
+    pub fn new(shared: &Shared<S, B>, traversal: Traversal, count: bool) -> Self {
+        let mut tracer = Tracer::with(traversal);
         if count {
-            worker.tracer.count();
+            tracer.count();
         }
-        worker
+        let mixed = shared.scene.bvh.is_small();
+        let carriers = || Queue::new(mixed);
+        Self {
+            tracer,
+            shadows: ShadowTracer::new(mixed),
+            batch: Vec::new(),
+            batch_order: Vec::new(),
+            camera: carriers(),
+            reflected: carriers(),
+            refracted: [carriers(), carriers()],
+            shadow_queues: shared.lights.iter().map(|_| Queue::new(mixed)).collect(),
+            hits: HitList::default(),
+            queries: Vec::new(),
+            sums: Sums::default(),
+            media: Media::default(),
+            order: PixelOrder::default(),
+            counts: PacketCounts::default(),
+        }
     }
 
     /// What was tested so far, if that is counted.
@@ -64,14 +80,6 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
     pub fn render(&mut self, shared: &Shared<S, B>, area: TileArea, pixels: &mut Vec<Pixel>) -> RayCounts {
         self.media.begin_tile();
         self.sums.reset(area.width * area.height);
-        self.shadow_queues.resize_with(shared.lights.len(), Queue::default);
-        let mixed = shared.scene.bvh.is_small();
-        self.reflected.mix(mixed);
-        self.refracted.iter_mut().for_each(|queue| queue.mix(mixed));
-        self.shadow_queues.iter_mut().for_each(|queue| queue.mix(mixed));
-        self.camera.mix(mixed);
-        self.shadows.mix(mixed);
-
         self.order.set(area.width, area.height);
         push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
         let camera = self.camera.take_count();
