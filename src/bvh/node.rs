@@ -38,52 +38,59 @@ pub struct Node<B: Scalar> {
     pub child: [Child; LANES],
 }
 
-/// A node or a leaf.
+/// A node or a leaf, in one number: a walk waits for it, and two would be read as a vector and taken apart.
+///
+/// In the lower half the node's number, a leaf's first row, or the first of a leaf's runs in [`Bvh::runs`]. In the upper half 0
+/// for a node; for a leaf of one run [`Child::LEAF`], length, class and kind, in bits 31, 16 to 30, 8 to 15, 0 to 7; for a leaf of
+/// several runs [`Child::SEVERAL`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Child {
-    /// The node's number, a leaf's first row, or the first of a leaf's runs in [`Bvh::runs`].
-    at: u32,
-    /// 0 for a node. For a leaf of one run: [`Child::LEAF`], length, class and kind, in bits 31, 16 to 30, 8 to 15, 0 to 7.
-    /// For a leaf of several runs: [`Child::SEVERAL`].
-    what: u32,
-}
+pub struct Child(u64);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
     const SEVERAL: u32 = 0x7fff_ffff;
     const MOST: u32 = 0x7fff;
     /// There is none.
-    pub const NONE: Self = Self { at: u32::MAX, what: u32::MAX };
+    pub const NONE: Self = Self(u64::MAX);
     /// The root of a tree that is not empty.
-    pub const ROOT: Self = Self { at: 0, what: 0 };
+    pub const ROOT: Self = Self(0);
+
+    fn new(at: u32, what: u32) -> Self {
+        Self(u64::from(what) << 32 | u64::from(at))
+    }
+
+    #[inline(always)]
+    fn what(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
 
     /// Node number `index`.
     pub fn node(index: usize) -> Self {
         debug_assert!(index < u32::MAX as usize);
-        Self { at: index as u32, what: 0 }
+        Self::new(index as u32, 0)
     }
 
     /// A leaf of one run, if it is not too long for that.
     pub fn run(run: &Run) -> Option<Self> {
         let what = Self::LEAF | run.len << 16 | u32::from(run.class) << 8 | u32::from(run.kind);
-        (run.len <= Self::MOST && run.kind < u8::MAX).then_some(Self { at: run.first, what })
+        (run.len <= Self::MOST && run.kind < u8::MAX).then_some(Self::new(run.first, what))
     }
 
     /// A leaf whose first run is number `run` of [`Bvh::runs`].
     pub fn runs(run: usize) -> Self {
-        Self { at: run as u32, what: Self::SEVERAL }
+        Self::new(run as u32, Self::SEVERAL)
     }
 
     /// True for a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
-        self.what != 0
+        self.what() != 0
     }
 
     /// A node's number.
     #[inline(always)]
     pub fn index(self) -> usize {
-        self.at as usize
+        self.0 as u32 as usize
     }
 }
 
@@ -158,17 +165,20 @@ impl<B: Scalar> Bvh<B> {
     /// Hands the runs of a leaf to `with`, one after the other.
     #[inline(always)]
     pub fn for_each_run(&self, leaf: Child, mut with: impl FnMut(&Run)) {
-        let Child { at, what } = leaf;
-        if what != Child::SEVERAL {
-            let (kind, class) = (what as u8, (what >> 8) as u8);
-            with(&Run { kind, class, last: true, len: what >> 16 & Child::MOST, first: at });
-            return;
+        let (what, mut next) = (leaf.what(), leaf.index());
+        let (kind, class) = (what as u8, (what >> 8) as u8);
+        let mut run = Run { kind, class, last: true, len: what >> 16 & Child::MOST, first: next as u32 };
+        if what == Child::SEVERAL {
+            run = self.runs[next];
         }
-        for run in &self.runs[at as usize..] {
-            with(run);
+        // One call, so that it is inlined: what a leaf does is large.
+        loop {
+            with(&run);
             if run.last {
                 break;
             }
+            next += 1;
+            run = self.runs[next];
         }
     }
 

@@ -30,11 +30,12 @@ pub(super) fn walk_single<B: Scalar>(
     stack: &mut [Entry<B>],
     visit: &mut impl Visit<B>,
 ) {
-    let inverse = packet.inverse.map(|i| B::Lane::splat(i.lanes()[lane]));
-    let offset = packet.offset.map(|o| B::Lane::splat(o.lanes()[lane]));
-    let octant =
-        (0..3).fold(0u8, |o, axis| o | u8::from(packet.inverse[axis].lanes()[lane] < B::default()) << axis);
-    let sides = Sides::of(octant);
+    // Numbers are read where they stand: to move eight of them for one costs a stall.
+    let inverse = [0, 1, 2].map(|axis| packet.inverse[axis].lanes()[lane]);
+    let offset = [0, 1, 2].map(|axis| B::Lane::splat(packet.offset[axis].lanes()[lane]));
+    let octant = (0..3).fold(0u8, |octant, axis| octant | u8::from(inverse[axis] < B::default()) << axis);
+    let (sides, inverse) = (Sides::of(octant), inverse.map(B::Lane::splat));
+    let ray = visit.lone(number, lane);
     let mut far = packet.far.lanes()[lane];
     let mut child = start;
     let mut top = 0;
@@ -42,7 +43,7 @@ pub(super) fn walk_single<B: Scalar>(
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    far = visit.single(run, (number, lane), packet, far);
+                    far = visit.single(run, &ray, packet, far);
                 }
             });
         } else {

@@ -26,8 +26,11 @@ pub(super) struct Sides {
 impl Sides {
     #[inline(always)]
     pub fn of(octant: u8) -> Self {
-        let near = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { axis + 3 } else { axis });
-        Self { near, far: near.map(|k| if k < 3 { k + 3 } else { k - 3 }) }
+        let backward = [0, 1, 2].map(|axis| 3 * usize::from(octant >> axis & 1));
+        Self {
+            near: [0, 1, 2].map(|axis| axis + backward[axis]),
+            far: [3, 4, 5].map(|k| k - backward[k - 3]),
+        }
     }
 
     #[inline(always)]

@@ -6,13 +6,17 @@ use crate::lane::Scalar;
 
 /// What the walk's owner does in leaves.
 pub trait Visit<B: Scalar> {
+    /// What leaves must know of a ray that walks alone, besides its [`Packet`].
+    type Lone;
     /// Tests the primitives of `run` against the packets whose bit is set in `which`, in the lanes that are live, and
     /// shortens their `far` where a nearer hit was found (to a negative number where the ray is done). Returns a bit for
     /// each packet that has changed.
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8;
-    /// Tests the primitives of `run` against the ray in lane `.1` of packet `.0`, whose state is given and which looks up
-    /// to `far`: the new `far`.
-    fn single(&mut self, run: &Run, ray: (usize, usize), state: &Packet<B>, far: B) -> B;
+    /// The ray in lane `lane` of packet `packet`, made ready for its leaves: once for all of them.
+    fn lone(&self, packet: usize, lane: usize) -> Self::Lone;
+    /// Tests the primitives of `run` against one ray, the state of whose packet is given, and which looks up to `far`: the new
+    /// `far`.
+    fn single(&mut self, run: &Run, ray: &Self::Lone, state: &Packet<B>, far: B) -> B;
     /// Eight lanes were held against boxes, so many of them with something to hold.
     fn boxes(&mut self, lanes: u32);
     /// False if no ray of the walk cares for runs of this class.

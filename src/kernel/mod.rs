@@ -76,19 +76,19 @@ pub struct Looking<L> {
     pub lanes: u8,
 }
 
-/// One of eight rays, and how it sees corners.
+/// One of eight rays, and how it sees corners: every number in four lanes, as it is held against four rows at a time.
 #[derive(Debug, Clone, Copy)]
-pub struct Ray<S> {
-    origin: [S; 3],
-    dir: [S; 3],
-    view: [[S; 3]; 2],
+pub struct Ray<S: Scalar> {
+    origin: Four<S::Quad>,
+    dir: Four<S::Quad>,
+    view: [Four<S::Quad>; 2],
 }
 
 impl<S: Scalar> Ray<S> {
     /// The ray in lane `lane`; `view` is that of all eight.
     #[inline(always)]
     pub fn of(rays: &Rays<S::Lane>, view: &View<S::Lane>, lane: usize) -> Self {
-        let one = |v: &Vec3<S::Lane>| [v.x.lanes()[lane], v.y.lanes()[lane], v.z.lanes()[lane]];
+        let one = |v: &Vec3<S::Lane>| in_four([v.x.lanes()[lane], v.y.lanes()[lane], v.z.lanes()[lane]]);
         let [x, y] = view.axes();
         Self { origin: one(&rays.origin), dir: one(&rays.dir), view: [one(x), one(y)] }
     }

@@ -1,6 +1,6 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
-use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, in_four, less_four};
+use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four};
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3, equal_lanes};
 use glam::DVec3;
 
@@ -84,7 +84,7 @@ fn near_crossings<S: Scalar>(
     (t_min, t_max): (S, S),
     left: u8,
 ) -> (S::Quad, u8) {
-    let [origin, dir] = [ray.origin, ray.dir].map(in_four::<S::Quad>);
+    let (origin, dir) = (ray.origin, ray.dir);
     let [x, y, z, radius] = four.0.map(S::Quad::from_array);
     let center = [x, y, z];
     let f = less_four(center, origin);

@@ -2,8 +2,8 @@
 
 use super::plane::finite;
 use super::{
-    Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, in_four,
-    less_four, permuted,
+    Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, less_four,
+    permuted,
 };
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use glam::DVec3;
@@ -73,7 +73,8 @@ impl<L: Lane> View<L> {
 /// over a fan around a corner it is odd.
 #[inline(always)]
 pub(super) fn crosses<L: Lane>(above1: Mask<L>, above2: Mask<L>, cross: L) -> Mask<L> {
-    (above1 ^ above2) & above2.select(cross, -cross).gt(L::zero())
+    // (The sign is turned by its bit: to choose between `cross` and `-cross` is an operation more.)
+    (above1 ^ above2) & (cross ^ above2.keep(L::lit(-0.0))).lt(L::zero())
 }
 
 /// Three corners per lane.
@@ -218,22 +219,21 @@ fn near_crossings<S: Scalar>(
     (t_min, t_max): (S, S),
     left: u8,
 ) -> (S::Quad, u8) {
-    let [origin, dir] = [ray.origin, ray.dir].map(in_four::<S::Quad>);
-    let [x, y] = ray.view.map(in_four::<S::Quad>);
+    let Ray { origin, dir, view: [x, y] } = ray;
     let three = |k: usize| [0, 1, 2].map(|axis| S::Quad::from_array(four.0[k + axis]));
-    let corners = [0, 3, 6].map(|k| less_four(three(k), origin));
-    let [(x0, y0), (x1, y1), (x2, y2)] = corners.map(|corner| (dot_four(x, corner), dot_four(y, corner)));
+    let corners = [0, 3, 6].map(|k| less_four(three(k), *origin));
+    let [(x0, y0), (x1, y1), (x2, y2)] = corners.map(|corner| (dot_four(*x, corner), dot_four(*y, corner)));
     let zero = S::Quad::default();
     let [above0, above1, above2] = [y0, y1, y2].map(|y| y.gt(zero));
     // As in `crosses`.
     let crosses = |above1: S::Quad, above2: S::Quad, cross: S::Quad| {
-        (above1 ^ above2) & above2.choose(cross, -cross).gt(zero)
+        (above1 ^ above2) & zero.gt(cross ^ (above2 & S::Quad::lit(-0.0)))
     };
     let inside = crosses(above1, above2, x1 * y2 - x2 * y1)
         ^ crosses(above2, above0, x2 * y0 - x0 * y2)
         ^ crosses(above0, above1, x0 * y1 - x1 * y0);
     let normal = three(9);
-    let t = dot_four(normal, corners[0]) / dot_four(normal, dir);
+    let t = dot_four(normal, corners[0]) / dot_four(normal, *dir);
     let seen = inside & t.gt(S::Quad::splat(t_min)) & t.le(S::Quad::splat(t_max));
     (t, seen.bits() & !left)
 }

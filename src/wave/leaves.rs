@@ -2,7 +2,7 @@
 
 use super::composite::composites;
 use super::query::{GROUP, Query};
-use super::rows::{Rows, TestAcross, TestPackets, TestRun, Views};
+use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Compiled, SurfaceId, class};
 use crate::csg::{Scratch, Stretch};
@@ -66,16 +66,22 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         changed
     }
 
-    #[inline]
-    fn single(&mut self, run: &Run, (packet, lane): (usize, usize), state: &Packet<B>, far: B) -> B {
-        let lane = lane & (LANES - 1);
+    type Lone = Lone<S>;
+
+    #[inline(always)]
+    fn lone(&self, packet: usize, lane: usize) -> Lone<S> {
+        Lone::of(&self.queries[packet], self.views.of(packet), (packet, lane & (LANES - 1)))
+    }
+
+    #[inline(always)]
+    fn single(&mut self, run: &Run, lone: &Lone<S>, state: &Packet<B>, far: B) -> B {
+        let (packet, lane) = (lone.packet, lone.lane & (LANES - 1));
         let before = self.queries[packet].t.lanes()[lane];
         let found = if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
             None
         } else {
-            let (rows, query, view) =
-                (rows(self.scene, run), &mut self.queries[packet], self.views.of(packet));
-            let test = TestAcross::<S, C> { rows, query, view, lane, count: &mut self.count };
+            let (rows, query) = (rows(self.scene, run), &mut self.queries[packet]);
+            let test = TestAcross::<S, C> { rows, query, lone, count: &mut self.count };
             self.scene.columns.with(run.kind, test)
         };
         if !found.unwrap_or_else(|| self.one_lane(run, packet, lane)) {

@@ -50,10 +50,31 @@ impl<S: Scalar> Views<S> {
 /// cannot.
 pub struct TestAcross<'a, S: Scalar, C: Count> {
     pub rows: Rows<'a>,
+    /// That of the ray's packet.
     pub query: &'a mut Query<S::Lane>,
-    pub view: &'a View<S::Lane>,
-    pub lane: usize,
+    pub lone: &'a Lone<S>,
     pub count: &'a mut C,
+}
+
+/// A ray that walks alone.
+pub struct Lone<S: Scalar> {
+    /// Number of its packet.
+    pub packet: usize,
+    /// Its lane there.
+    pub lane: usize,
+    ray: Ray<S>,
+    t_min: S,
+    /// The surface it starts on.
+    left: SurfaceId,
+}
+
+impl<S: Scalar> Lone<S> {
+    /// The ray in lane `lane` of packet `packet`.
+    #[inline(always)]
+    pub fn of(query: &Query<S::Lane>, view: &View<S::Lane>, (packet, lane): (usize, usize)) -> Self {
+        let (ray, t_min) = (Ray::of(&query.rays, view, lane), query.t_min.lanes()[lane]);
+        Self { packet, lane, ray, t_min, left: query.left[lane] }
+    }
 }
 
 impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
@@ -61,23 +82,24 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> Option<bool> {
-        let Self { rows: Rows { run, base, rank }, query, view, lane, count } = self;
+        let Self { rows: Rows { run, base, rank }, query, lone, count } = self;
         if !K::ACROSS {
             return None;
         }
-        let ray = Ray::of(&query.rays, view, lane);
-        let (t_min, left) = (query.t_min.lanes()[lane], query.left[lane]);
+        let &Lone { lane, ref ray, t_min, left, .. } = lone;
+        let lane = lane & (LANES - 1);
         let mut found = false;
         let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
+        let mut rows = !0u32 << (run.first % FOUR); // Those of this run among the four, and any number after them.
         while first < end {
-            // Rows of this run among the four.
-            let rows = (!0u32 << run.first.saturating_sub(first) & !(!0 << (end - first).min(FOUR))) as u8;
+            rows &= !(!0 << (end - first).min(FOUR));
             count.leaf(rows.count_ones());
             let left = left.wrapping_sub(base + first);
             let left = if left < FOUR { 1 << left } else { 0 };
             let limits = (t_min, query.t.lanes()[lane]);
-            let (t, near) = block.near_in_four((first / FOUR) as usize, &ray, limits, left);
-            let mut near = near & rows;
+            let (t, near) = block.near_in_four((first / FOUR) as usize, ray, limits, left);
+            let mut near = near & rows as u8;
+            rows = !0;
             if near != 0 {
                 let t = t.to_array();
                 while near != 0 {

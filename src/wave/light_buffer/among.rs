@@ -82,7 +82,7 @@ pub(super) fn meets<S: Scalar, B: Scalar>(
 }
 
 /// The test of a list's first candidates that are of one kind, which it takes off.
-struct Meets<'a, 'b, S> {
+struct Meets<'a, 'b, S: Scalar> {
     rest: &'a mut &'b [Candidate],
     ray: &'a Ray<S>,
     limits: (S, S),
