@@ -197,12 +197,13 @@ impl<B: Scalar> Directions<B> {
         Self { inverse: [0, 1, 2].map(|axis| ends(packets, |packet| packet.inverse[axis])) }
     }
 
-    /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
-    pub fn octants(&self) -> ([u8; 3], u8) {
+    /// By axis, the packets all of whose rays go backward; packets whose rays go several ways, and those of them that part along
+    /// two axes or all three.
+    pub fn octants(&self) -> ([u8; 3], u8, u8) {
         let zero = B::Lane::zero();
         let backward = self.inverse.map(|[_, most]| most.lt(zero).bits());
-        let mixed = [0, 1, 2].map(|axis| self.inverse[axis][0].lt(zero).bits() & !backward[axis]);
-        (backward, mixed[0] | mixed[1] | mixed[2])
+        let [x, y, z] = [0, 1, 2].map(|axis| self.inverse[axis][0].lt(zero).bits() & !backward[axis]);
+        (backward, x | y | z, (x & y) | (y & z) | (z & x))
     }
 
     /// How far apart each packet's directions are: the widths of their components, summed.

@@ -1,5 +1,5 @@
 //! Rays through the tree: which go together, and how. Groups of up to eight packets that share an octant and much the same
-//! direction, packets by themselves, or one ray against eight boxes.
+//! direction, packets by themselves, or one ray against eight boxes; the last from the start where most packets are scattered.
 //!
 //! Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
@@ -98,12 +98,17 @@ pub fn walk<B: Scalar>(
         return;
     }
     let directions = Directions::of(packets);
-    let (backward, mixed) = directions.octants();
+    let (backward, mixed, mut scattered) = directions.octants();
+    // A scattered packet among others may be a bend in a mirror, where going by octants still pays: asked packet by packet, mirror
+    // rays took 1 to 3 % more instructions.
+    if (scattered & waiting).count_ones() * 4 < waiting.count_ones() * 3 || switches.least_lanes == 0 {
+        scattered = 0;
+    }
     let wide = !directions.spread().le(B::Lane::lit(switches.packet_spread)).bits();
-    for k in bits(waiting & mixed) {
+    for k in bits(waiting & mixed & !scattered) {
         walk_mixed(bvh, packets, k, stack, visit, &switches);
     }
-    for k in bits(waiting & !mixed & wide) {
+    for k in bits(waiting & (scattered | (!mixed & wide))) {
         walk_lanes(bvh, packets, k, packets[k].live(), stack, visit);
     }
     waiting &= !(mixed | wide);
