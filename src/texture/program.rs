@@ -122,3 +122,28 @@ impl LayerProgram {
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn highlights_end_where_their_power_is_next_to_nothing() {
+        for (phong, phong_size, specular, roughness) in [(0.6, 40.0, 0.9, 0.002), (1e3, 1.0, 2.0, 0.5)] {
+            let finish = Finish { phong, phong_size, specular, roughness, ..Finish::default() };
+            let Highlights { least_phong, least_specular } = Highlights::of(&finish);
+            let left =
+                [phong * least_phong.powf(phong_size), specular * least_specular.powf(1.0 / roughness)];
+            // A rounding of the cosine counts as often as the exponent says.
+            left.iter().for_each(|left| assert!((left / NO_HIGHLIGHT - 1.0).abs() < 1e-12, "{left}"));
+        }
+    }
+
+    #[test]
+    fn powers_below_zero_have_no_end() {
+        let finish =
+            Finish { phong: 1.0, phong_size: -2.0, specular: 1.0, roughness: -1.0, ..Finish::default() };
+        let Highlights { least_phong, least_specular } = Highlights::of(&finish);
+        assert_eq!([least_phong, least_specular], [0.0, 0.0]);
+    }
+}
