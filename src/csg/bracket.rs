@@ -79,11 +79,6 @@ pub(super) fn most(a: f32x8, b: f32x8) -> f32x8 {
     Lane::max(a, b)
 }
 
-#[inline(always)]
-fn along(o: Vec3<f32x8>, d: Vec3<f32x8>, t: f32x8) -> Vec3<f32x8> {
-    Vec3::new(d.x.fused(t, o.x), d.y.fused(t, o.y), d.z.fused(t, o.z))
-}
-
 impl Map {
     fn new(space: &OwnSpace, middle: DVec3) -> Self {
         let single = |v: DVec3| v.to_array().map(|x| x as f32);
@@ -93,9 +88,8 @@ impl Map {
     #[inline(always)]
     fn rays(&self, rays: &Rays<f32x8>) -> Rays<f32x8> {
         let rows = self.rows.map(Vec3::broadcast);
-        let apply =
-            |v: Vec3<f32x8>| Vec3::new(rows[0].fused_dot(v), rows[1].fused_dot(v), rows[2].fused_dot(v));
-        Rays { origin: apply(rays.origin - Vec3::broadcast(self.center)), dir: apply(rays.dir) }
+        let origin = rays.origin - Vec3::broadcast(self.center);
+        Rays { origin: origin.fused_under(&rows), dir: rays.dir.fused_under(&rows) }
     }
 }
 
@@ -187,7 +181,7 @@ impl Body {
             Self::Ball(center, squares) => {
                 let toward = Vec3::broadcast(*center) - origin;
                 let middle = toward.fused_dot(dir);
-                let across = along(toward, dir, -middle);
+                let across = dir.fused(-middle, toward);
                 let square = across.fused_dot(across);
                 bracket.put(|k| chord(middle, f32x8::splat(squares[k]) - square), go_on)
             }
@@ -195,7 +189,7 @@ impl Body {
                 let own = map.rays(rays);
                 let inv = f32x8::lit(1.0) / own.dir.fused_dot(own.dir);
                 let middle = -own.origin.fused_dot(own.dir) * inv;
-                let across = along(own.origin, own.dir, middle);
+                let across = own.dir.fused(middle, own.origin);
                 let square = across.fused_dot(across);
                 bracket.put(|k| chord(middle, (f32x8::splat(squares[k]) - square) * inv), go_on)
             }

@@ -144,8 +144,7 @@ impl Beam {
         let (one, zero) = (f32x8::lit(1.0), f32x8::zero());
         let nearest = (along * sideways - half.fused_dot(toward)) / bend;
         let nearest = Lane::max(Lane::min(nearest, one), zero - one);
-        let place = |p: f32x8, half: f32x8| half.fused(nearest, p);
-        let toward = Vec3::new(place(toward.x, half.x), place(toward.y, half.y), place(toward.z, half.z));
+        let toward = half.fused(nearest, toward);
         let ahead = self.dir.fused_dot(toward);
         let square = toward.fused_dot(toward) - ahead * ahead;
         let reach = f32x8::from_array(capsules.radius) + self.room;

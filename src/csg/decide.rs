@@ -120,6 +120,7 @@ impl CsgTree {
         sketch.crossings.clear();
         sketch.asked.clear();
         let (starts, beyond) = (source.starts(), start + pad);
+        let on = |part: u32| if starts { source.on(first + part) } else { 0 };
         // The crossing that rays start on lies between these two.
         let reach = f32x8::from_f64s(-shift - t_min) - pad;
         for part in bits(plan.required) {
@@ -131,7 +132,7 @@ impl CsgTree {
             if !self.bracket((first, part), (rays, &lines), source, sketch, reached) {
                 return Decided { changed: 0, doubt };
             }
-            let on = if starts { source.on(first + part) & live } else { 0 };
+            let on = on(part) & live;
             if on != 0 {
                 // Whoever leaves it here has left the whole.
                 let [enters, leaves] = sketch.of(part).ends().map(|end| end.meets(reach, beyond).bits());
@@ -141,10 +142,10 @@ impl CsgTree {
                 }
             }
         }
-        let waiting = match plan.capsules.is_empty() {
-            true => plan.others,
-            false => plan.others & self.passed_close(plan, &lines, live),
-        };
+        let mut waiting = plan.others;
+        if !plan.capsules.is_empty() {
+            waiting &= self.passed_close(plan, &lines, live);
+        }
         for part in bits(waiting) {
             if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
                 let toward = Vec3::<f32x8>::broadcast([x, y, z]) - foot;
@@ -174,7 +175,7 @@ impl CsgTree {
             let bracket = sketch.of(part);
             let ends = bracket.ends();
             let mut away = [!0; 2];
-            let on = if starts { source.on(first + part) & live } else { 0 };
+            let on = on(part) & live;
             if on != 0 {
                 // The crossing where they start is none, if it is clear which that is.
                 let [enters, leaves] = ends.map(|end| end.meets(reach, beyond).bits());

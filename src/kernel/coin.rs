@@ -17,23 +17,23 @@ pub(super) struct Coin {
 }
 
 /// Maps stretched by more than this (Frobenius norms of map and inverse multiplied, 3 of one that is not stretched) are left to
-/// double precision, and so are tori farther from the origin than [`COIN_FARTHEST`] times their size.
-const COIN_STRETCH: f64 = 64.0;
+/// double precision, and so are tori farther from the origin than [`FARTHEST`] times their size.
+const STRETCH: f64 = 64.0;
 
-/// See [`COIN_STRETCH`]. What double precision makes of a start is then off by less than 2^-24.
-const COIN_FARTHEST: f64 = (1u64 << 24) as f64;
+/// See [`STRETCH`]. What double precision makes of a start is then off by less than 2^-24.
+const FARTHEST: f64 = (1u64 << 24) as f64;
 
-/// What a coin is wider by than the bounds in double precision, squared: [`COIN_ROOM`], and this share of the start's distance `M`,
-/// squared. Places near the middle are off by up to `(6 COIN_STRETCH + 10) u M`; what is added is at least `0.7 sqrt(u) M`, seven
+/// What a coin is wider by than the bounds in double precision, squared: [`ROOM`], and this share of the start's distance `M`,
+/// squared. Places near the middle are off by up to `(6 STRETCH + 10) u M`; what is added is at least `0.7 sqrt(u) M`, seven
 /// times as much.
-const COIN_ROUNDINGS: f64 = 64.0 * f32::UNIT_ROUNDOFF;
+const ROUNDINGS: f64 = 64.0 * f32::UNIT_ROUNDOFF;
 
 /// Rays that leave the outer half of a torus by more than this (places and directions of length 1, in own space) leave it also in
-/// double precision: several times what [`COIN_STRETCH`] makes of roundings.
+/// double precision: several times what [`STRETCH`] makes of roundings.
 const LEAVING: f64 = 1.0 / 8192.0;
 
-/// See [`COIN_ROUNDINGS`].
-const COIN_ROOM: f64 = 1.0 / 512.0;
+/// See [`ROUNDINGS`].
+const ROOM: f64 = 1.0 / 512.0;
 
 impl Coin {
     pub(super) fn new(world_from_object: &Transform, major: f64, minor: f64) -> Self {
@@ -47,7 +47,7 @@ impl Coin {
             rows: [0, 2, 1].map(|k| map.row(k).to_array().map(|x| x as f32)),
             major: (major / size) as f32,
             minor: (minor / size) as f32,
-            sound: stretch <= COIN_STRETCH && distance <= COIN_FARTHEST,
+            sound: stretch <= STRETCH && distance <= FARTHEST,
         }
     }
 
@@ -55,9 +55,8 @@ impl Coin {
     #[inline(always)]
     pub(super) fn own<L: Lane>(&self, rays: &Rays<L>, middle: Vec3<L>) -> Rays<f32x8> {
         let rows = self.rows.map(Vec3::<f32x8>::broadcast);
-        let own =
-            |v: Vec3<f32x8>| Vec3::new(rows[0].fused_dot(v), rows[1].fused_dot(v), rows[2].fused_dot(v));
-        Rays { origin: own((rays.origin - middle).cast()), dir: own(rays.dir.cast()) }
+        let (origin, dir) = ((rays.origin - middle).cast::<f32x8>(), rays.dir.cast::<f32x8>());
+        Rays { origin: origin.fused_under(&rows), dir: dir.fused_under(&rows) }
     }
 
     /// Lanes that leave the outer half, which is on the convex hull: they do not come back.
@@ -77,9 +76,8 @@ impl Coin {
         let Rays { origin: o, dir: d } = *own;
         let inv = f32x8::lit(1.0) / d.fused_dot(d);
         let closest = -o.fused_dot(d) * inv;
-        let at = |o: f32x8, d: f32x8| d.fused(closest, o);
-        let near = Vec3::new(at(o.x, d.x), at(o.y, d.y), at(o.z, d.z));
-        let room = o.fused_dot(o).fused(f32x8::lit(COIN_ROUNDINGS), f32x8::lit(COIN_ROOM));
+        let near = d.fused(closest, o);
+        let room = o.fused_dot(o).fused(f32x8::lit(ROUNDINGS), f32x8::lit(ROOM));
         let half_chord = ((f32x8::lit(BOUND) + room - near.fused_dot(near)) * inv).sqrt(); // NaN beyond the sphere
         let reach = near.z.abs() - d.z.abs() * half_chord;
         reach.le(f32x8::splat(self.minor) + room)

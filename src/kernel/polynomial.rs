@@ -230,9 +230,10 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
 
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
-        match self.polynomial[i].order() < FEW {
-            true => self.crossings::<FEW>(i, rays, left, None),
-            false => self.crossings::<MANY>(i, rays, left, None),
+        if self.polynomial[i].order() < FEW {
+            self.crossings::<FEW>(i, rays, left, None)
+        } else {
+            self.crossings::<MANY>(i, rays, left, None)
         }
     }
 
@@ -245,18 +246,20 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        let roots = match self.polynomial[i].order() < FEW {
-            true => self.crossings::<FEW>(i, rays, left, Some(looking)),
-            false => self.crossings::<MANY>(i, rays, left, Some(looking)),
+        let roots = if self.polynomial[i].order() < FEW {
+            self.crossings::<FEW>(i, rays, left, Some(looking))
+        } else {
+            self.crossings::<MANY>(i, rays, left, Some(looking))
         };
         first_beyond(&roots, looking.from)
     }
 
     /// Where the polynomial is negative, farther out than all its roots.
     fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
-        match self.polynomial[i].order() < FEW {
-            true => self.negative_far_back::<FEW>(i, rays),
-            false => self.negative_far_back::<MANY>(i, rays),
+        if self.polynomial[i].order() < FEW {
+            self.negative_far_back::<FEW>(i, rays)
+        } else {
+            self.negative_far_back::<MANY>(i, rays)
         }
     }
 

@@ -97,10 +97,7 @@ impl Wanted {
     /// Where it surely is, and with it all that is asked for.
     #[inline(always)]
     fn settled_by(&self, s: f64x8) -> Mask<f64x8> {
-        match self.first {
-            true => s.ge(self.from + f64x8::lit(END_ROOM)),
-            false => Mask::none_set(),
-        }
+        if self.first { s.ge(self.from + f64x8::lit(END_ROOM)) } else { Mask::none_set() }
     }
 }
 
@@ -351,15 +348,12 @@ impl<S: Scalar> Tori<S> {
     ) -> ([f64x8; 4], Rays<f64x8>) {
         let frame = self.frames.at(i);
         // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
-        let others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
+        let mut others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
         let coin = &self.coins[i];
-        let others = match coin.sound {
-            true => {
-                let (from, to) = (f32x8::from_f64s(wanted.from), f32x8::from_f64s(wanted.to));
-                others & coin.may_meet(&coin.own(rays, frame.center), from, to).cast()
-            }
-            false => others,
-        };
+        if coin.sound {
+            let (from, to) = (f32x8::from_f64s(wanted.from), f32x8::from_f64s(wanted.to));
+            others &= coin.may_meet(&coin.own(rays, frame.center), from, to).cast();
+        }
         if left.is_none() && others.none() {
             return ([f64x8::lit(f64::NAN); 4], Rays::default());
         }

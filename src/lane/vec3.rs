@@ -93,6 +93,18 @@ impl<L: Lane> Vec3<L> {
         self.x.fused(other.x, self.y.fused(other.y, self.z * other.z))
     }
 
+    /// `self * s + other` by [`Lane::fused`].
+    #[inline(always)]
+    pub fn fused(self, s: L, other: Self) -> Self {
+        Self::new(self.x.fused(s, other.x), self.y.fused(s, other.y), self.z.fused(s, other.z))
+    }
+
+    /// A matrix, given by its rows, times the vector, by [`Vec3::fused_dot`].
+    #[inline(always)]
+    pub fn fused_under(self, rows: &[Self; 3]) -> Self {
+        Self::new(rows[0].fused_dot(self), rows[1].fused_dot(self), rows[2].fused_dot(self))
+    }
+
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {

@@ -41,9 +41,8 @@ impl Highlights {
     /// Of a finish, whether it has any or not.
     pub fn of(finish: &Finish) -> Self {
         // A power below 0 grows towards the rim.
-        let least = |amount: f64, exponent: f64| match exponent > 0.0 {
-            true => (NO_HIGHLIGHT / amount).powf(1.0 / exponent).min(1.0),
-            false => 0.0,
+        let least = |amount: f64, exponent: f64| {
+            if exponent > 0.0 { (NO_HIGHLIGHT / amount).powf(1.0 / exponent).min(1.0) } else { 0.0 }
         };
         let faint = if finish.phong_size >= 60.0 { FAINT_PHONG } else { 0.0 };
         Self {

@@ -25,7 +25,7 @@ pub struct ShadowTracer<S: Scalar> {
 }
 
 impl<S: Scalar> ShadowTracer<S> {
-    /// For queues like that of [`Queue::new`].
+    /// Without rays; `mixed` as in [`Queue::new`].
     pub fn new(mixed: bool) -> Self {
         Self { queries: Vec::new(), open: Queue::new(mixed), rests: Vec::new(), suspects: Vec::new() }
     }

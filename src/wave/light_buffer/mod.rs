@@ -24,6 +24,7 @@ use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equa
 use among::{Candidate, meets};
 use casters::Region;
 use glam::DVec3;
+use raster::axes;
 use std::ops::Range;
 
 /// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
@@ -121,12 +122,14 @@ impl LightBuffer {
         let way = point - Vec3::splat(self.location);
         // Single precision tells faces and cells apart, once differences have been taken.
         let single = |x: L| f32x8::from_f64s(x.to_f64s());
-        let [x, y, z] = [way.x, way.y, way.z].map(|w| single(w).abs());
+        let way = [way.x, way.y, way.z];
+        let reach = way.map(|w| single(w).abs());
+        let [x, y, z] = reach;
         let along_x = (x.ge(y) & x.ge(z)).bits();
         let along_y = y.ge(z).bits() & !along_x;
         let along = [along_x, along_y, !(along_x | along_y)];
         let zero = L::zero();
-        let backward = [way.x, way.y, way.z].map(|w| w.lt(zero).bits());
+        let backward = way.map(|w| w.lt(zero).bits());
 
         let (mut depth, mut cell, mut waiting) = (f32x8::zero(), [0; LANES], lanes);
         let (mut within, mut beside) = (0u8, 0u8);
@@ -137,17 +140,14 @@ impl LightBuffer {
             let negative = backward[axis] >> first & 1 == 1;
             let same = waiting & along[axis] & if negative { backward[axis] } else { !backward[axis] };
             waiting &= !same;
-            let face = &self.faces[axis * 2 + usize::from(negative)];
-            let (ahead, across, up) = match axis {
-                0 => (way.x, way.y, way.z),
-                1 => (way.y, way.z, way.x),
-                _ => (way.z, way.x, way.y),
-            };
-            let to = single(ahead).abs();
+            let number = axis * 2 + usize::from(negative);
+            let face = &self.faces[number];
+            let (_, across, up, _) = axes(number);
+            let to = reach[axis];
             let scale = f32x8::lit(face.scale) / to;
-            let ahead = ahead.abs();
+            let ahead = way[axis].abs();
             let place = |w: L, corner: f64| single((-ahead).fused(L::lit(corner), w)) * scale;
-            let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
+            let (column, row) = (place(way[across], face.corner[0]), place(way[up], face.corner[1]));
             let (columns, rows) = (f32x8::lit(f64::from(face.columns)), f32x8::lit(f64::from(face.rows)));
             let sound = same & (to.gt(f32x8::lit(REACH.start)) & to.lt(f32x8::lit(REACH.end))).bits();
             let out = column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows);
@@ -155,13 +155,13 @@ impl LightBuffer {
             within |= sound & !out.bits();
             depth = Mask::from_bits(same).select(to, depth);
             let (column, row) = (column.trunc_int().to_array(), row.trunc_int().to_array());
-            let number = |k: usize| {
+            let place = |k: usize| {
                 (row[k] as u32)
                     .wrapping_mul(face.columns)
                     .wrapping_add(column[k] as u32)
                     .wrapping_add(face.first)
             };
-            cell = choose(same, &each_lane(number), &cell);
+            cell = choose(same, &each_lane(place), &cell);
         }
         let mut known = Known { free: beside, ..Known::default() };
         if within != 0 {

@@ -194,12 +194,7 @@ impl Drawn {
         let count = (face.columns * face.rows) as usize;
         start.clear();
         start.resize(count + 1, 0);
-        for (cell, _) in &*outlined {
-            start[*cell as usize + 1] += 1;
-        }
-        for facet in facets {
-            facet.each_cell(face, |cell| start[cell as usize + 1] += 1);
-        }
+        each_entry(outlined, facets, face, |cell, _| start[cell as usize + 1] += 1);
         for cell in 0..count {
             start[cell + 1] += start[cell];
         }
@@ -208,18 +203,11 @@ impl Drawn {
         if entries.len() < all {
             entries.resize(all, Entry { near: 0.0, far: 0.0, what: 0 });
         }
-        let mut put = |cell: u32, entry: Entry| {
+        each_entry(outlined, facets, face, |cell, entry| {
             let place = &mut start[cell as usize];
             entries[*place as usize] = entry;
             *place += 1;
-        };
-        for (cell, entry) in &*outlined {
-            put(*cell, *entry);
-        }
-        for (number, facet) in (0..).zip(facets) {
-            let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
-            facet.each_cell(face, |cell| put(cell, entry));
-        }
+        });
         // Now each is where the next begins.
         let mut first = 0;
         for (cell, &end) in (0..count as u32).zip(&*start) {
@@ -228,6 +216,18 @@ impl Drawn {
             let place = (cell % face.columns, cell / face.columns);
             buffer.cells[(face.first + cell) as usize] = how.cell(entries, place, &mut buffer.candidates);
         }
+    }
+}
+
+/// Calls for each cell of each caster drawn, and of each facet.
+#[inline(always)]
+fn each_entry(outlined: &[(u32, Entry)], facets: &[Facet], face: &Face, mut call: impl FnMut(u32, Entry)) {
+    for (cell, entry) in outlined {
+        call(*cell, *entry);
+    }
+    for (number, facet) in (0..).zip(facets) {
+        let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
+        facet.each_cell(face, |cell| call(cell, entry));
     }
 }
 
