@@ -38,6 +38,12 @@ pub fn equal_lanes(lanes: &[u32; LANES], value: u32) -> u8 {
     u32x8::from(*lanes).simd_eq(u32x8::splat(value)).to_bitmask() as u8
 }
 
+/// A bit for each lane whose numbers are the same.
+#[inline(always)]
+pub fn same_lanes(a: &[u32; LANES], b: &[u32; LANES]) -> u8 {
+    u32x8::from(*a).simd_eq(u32x8::from(*b)).to_bitmask() as u8
+}
+
 /// A bit for each lane whose number is one of `len` (at least 1) from `first` on.
 #[inline(always)]
 pub fn lanes_within(lanes: &[u32; LANES], first: u32, len: u32) -> u8 {

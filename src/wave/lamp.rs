@@ -5,7 +5,7 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::Ways;
+use super::light_buffer::{Known, LightBuffer, Ways};
 use super::query::start_rounding;
 use crate::compile::Compiled;
 use crate::kernel::Rays;
@@ -29,6 +29,8 @@ pub struct Lamp<L: Lane> {
     back: Mask<L>,
     /// Lanes that nothing keeps its light from.
     free: u8,
+    /// What its buffer has told of it.
+    known: Known,
 }
 
 impl<L: Lane> Lamp<L> {
@@ -43,9 +45,24 @@ impl<L: Lane> Lamp<L> {
         from_behind: bool,
         answered: &mut u64,
     ) -> bool {
+        let double = hit.double_illuminate;
+        let look = |buffer: &LightBuffer, lanes: u8, known: &mut Known| {
+            // What is lit from both sides may stand in its own light.
+            buffer.look(hit.point, &hit.surface, hit.outside, lanes & !double, known);
+        };
+        // A light that goes all ways is seen from wherever nothing is in the way, so that is asked first.
+        let early = light.buffer.as_ref().filter(|_| light.is_point());
+        if let Some(buffer) = early {
+            let facing = (light.may_face(hit.point, hit.normal).bits() | double) & hit.active;
+            look(buffer, facing, &mut self.known);
+            if facing & !self.known.blocked == 0 && !from_behind {
+                *answered += u64::from(facing.count_ones());
+                return false;
+            }
+        }
         let (dir, distance) = light.towards(hit.point);
         let cos = hit.normal.dot(dir);
-        let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(hit.double_illuminate)) & active;
+        let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(double)) & active;
         if front.none() && !from_behind {
             return false;
         }
@@ -53,13 +70,16 @@ impl<L: Lane> Lamp<L> {
         let mut bright = self.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
         self.free = if light.shadowless { !0 } else { 0 };
         if let Some(buffer) = &light.buffer {
-            // What is lit from both sides may stand in its own light.
-            let lanes = (bright & front).bits() & !hit.double_illuminate;
-            let mut known = buffer.look(hit.point, &hit.surface, hit.outside, lanes);
-            if known.listed != 0 {
+            let asked = (bright & front).bits();
+            let known = &mut self.known;
+            if early.is_none() {
+                look(buffer, asked, known);
+            }
+            known.keep(asked);
+            if known.doubtful != 0 {
                 let rays = Rays { origin: hit.point, dir };
                 let limits = (start_rounding(&hit.point), before_light(hit, distance));
-                buffer.ask(scene, &Ways { rays: &rays, limits, left: &hit.surface }, &mut known);
+                buffer.ask(scene, &Ways { rays: &rays, limits, left: &hit.surface }, known);
             }
             *answered += u64::from((known.free | known.blocked).count_ones());
             bright &= !Mask::from_bits(known.blocked);

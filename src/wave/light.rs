@@ -66,6 +66,20 @@ impl LightProgram {
         (!self.parallel && !self.shadowless).then_some(self.location)
     }
 
+    /// Its light goes all ways alike.
+    pub fn is_point(&self) -> bool {
+        self.kind == LightKind::Point && !self.parallel
+    }
+
+    /// Where it may shine on the front of surfaces at eight points: nowhere else does [`LightProgram::towards`] lead to that side.
+    #[inline]
+    pub fn may_face<L: Lane>(&self, point: Vec3<L>, normal: Vec3<L>) -> Mask<L> {
+        if self.parallel {
+            return !Mask::none_set();
+        }
+        normal.dot(Vec3::splat(self.location) - point).gt(L::zero())
+    }
+
     /// Unit directions from eight points to the light, and how far it is.
     #[inline]
     pub fn towards<L: Lane>(&self, point: Vec3<L>) -> (Vec3<L>, L) {

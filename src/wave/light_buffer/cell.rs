@@ -5,7 +5,7 @@ use super::casters::Caster;
 use super::raster::CELL_ROUNDING;
 use super::seen::Facet;
 use super::sheet::{Layer, Window};
-use super::{Cell, Face, NO_LIST, SHEET};
+use super::{Cell, Face, List, SHEET};
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::lane::Scalar;
 
@@ -39,9 +39,14 @@ pub(super) struct Settle<'a, S: Scalar, B: Scalar> {
 
 impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
     /// What `entries` tell of the cell in a column and row.
-    pub fn cell(&self, entries: &mut [Entry], place: (u32, u32), candidates: &mut Vec<Candidate>) -> Cell {
+    pub fn cell(
+        &self,
+        entries: &mut [Entry],
+        place: (u32, u32),
+        candidates: &mut Vec<Candidate>,
+    ) -> (Cell, List) {
         if entries.is_empty() {
-            return Cell::EMPTY;
+            return (Cell::EMPTY, List::NONE);
         }
         let mut cell = Cell::EMPTY;
         let mut triangles = false;
@@ -64,10 +69,8 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
         if triangles {
             self.cover(&mut cell, entries, place);
         }
-        if cell.nearest != SHEET {
-            self.list(&mut cell, entries, candidates);
-        }
-        cell
+        let list = if cell.nearest == SHEET { List::NONE } else { self.list(&cell, entries, candidates) };
+        (cell, list)
     }
 
     /// The surface of a convex caster.
@@ -144,26 +147,28 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
     }
 
     /// Lists what may be in the way of points that are not told otherwise, if it is not too much.
-    fn list(&self, cell: &mut Cell, entries: &[Entry], candidates: &mut Vec<Candidate>) {
+    fn list(&self, cell: &Cell, entries: &[Entry], candidates: &mut Vec<Candidate>) -> List {
         let first = candidates.len();
         for entry in entries.iter().filter(|entry| entry.near <= cell.blocked) {
             let (listed, row) = if entry.what & TRIANGLE != 0 {
-                let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) else { return };
+                let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) else {
+                    return List::NONE;
+                };
                 (true, self.scene.row_of(facet.surface))
             } else {
-                let Some(caster) = self.casters.get(entry.what as usize) else { return };
+                let Some(caster) = self.casters.get(entry.what as usize) else { return List::NONE };
                 (is_listed(caster), (caster.kind, caster.row))
             };
             if !listed || !list(candidates, first, row, entry.near) {
                 candidates.truncate(first);
-                return;
+                return List::NONE;
             }
         }
         candidates[first..].sort_unstable_by(Candidate::order);
-        let Ok(len) = u32::try_from(candidates.len() - first) else { return };
-        (cell.first, cell.len) = match u32::try_from(first) {
-            Ok(first) => (first, len),
-            Err(_) => (NO_LIST, 0),
-        };
+        let len = candidates.len() - first;
+        match (u32::try_from(first), u32::try_from(len)) {
+            (Ok(first), Ok(len)) => List { first, len },
+            _ => List::NONE,
+        }
     }
 }

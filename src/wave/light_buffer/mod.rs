@@ -20,11 +20,12 @@ pub use raster::{Room, fill};
 
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8};
+use crate::lane::{
+    LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
+};
 use among::{Candidate, meets};
 use casters::Region;
 use glam::DVec3;
-use raster::axes;
 use std::ops::Range;
 
 /// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
@@ -38,15 +39,22 @@ struct Cell {
     nearest: SurfaceId,
     /// Beyond this all is blocked.
     blocked: f32,
-    /// Where the list begins of what may stand in between, or [`NO_LIST`].
+}
+
+/// What may stand in a cell between its depths.
+#[derive(Debug, Clone, Copy)]
+struct List {
     first: u32,
     len: u32,
 }
 
+impl List {
+    /// Not known: it begins where no list does.
+    const NONE: Self = Self { first: u32::MAX, len: 0 };
+}
+
 /// See [`Cell::nearest`].
 const SHEET: SurfaceId = NO_SURFACE - 1;
-/// See [`Cell::first`].
-const NO_LIST: u32 = u32::MAX;
 
 impl Cell {
     /// Nothing is in it.
@@ -55,8 +63,6 @@ impl Cell {
         near_but_one: f32::INFINITY,
         nearest: NO_SURFACE,
         blocked: f32::INFINITY,
-        first: NO_LIST,
-        len: 0,
     };
 }
 
@@ -84,7 +90,8 @@ pub struct LightBuffer {
     location: DVec3,
     faces: [Face; FACES],
     cells: Vec<Cell>,
-    /// Their lists.
+    /// Their lists, which fewer points ask for.
+    lists: Vec<List>,
     candidates: Vec<Candidate>,
     /// Surfaces of triangles, all of which are part of what the cells tell as sheets.
     sheets: [Range<SurfaceId>; 2],
@@ -101,16 +108,25 @@ pub struct Known {
     pub free: u8,
     /// Lanes that no light reaches.
     pub blocked: u8,
-    /// Lanes that are one or the other, as [`LightBuffer::ask`] tells.
-    pub listed: u8,
+    /// Lanes that may be one or the other, as [`LightBuffer::ask`] tells.
+    pub doubtful: u8,
     /// Their cells, and their depths there.
     cell: [u32; LANES],
     depth: [f32; LANES],
 }
 
+impl Known {
+    /// Forgets all lanes but these.
+    pub fn keep(&mut self, lanes: u8) {
+        self.free &= lanes;
+        self.blocked &= lanes;
+        self.doubtful &= lanes;
+    }
+}
+
 impl LightBuffer {
-    /// What is known of the ways from `lanes` of eight points to the light. The points lie on surfaces, which those in
-    /// `outside` see from outside and which are lit on the side that is seen.
+    /// Puts into `known` what is known of the ways from `lanes` of eight points to the light. The points lie on
+    /// surfaces, which those in `outside` see from outside and which are lit on the side that is seen.
     #[inline]
     pub fn look<L: Lane>(
         &self,
@@ -118,18 +134,17 @@ impl LightBuffer {
         surface: &[SurfaceId; LANES],
         outside: u8,
         lanes: u8,
-    ) -> Known {
+        known: &mut Known,
+    ) {
         let way = point - Vec3::splat(self.location);
         // Single precision tells faces and cells apart, once differences have been taken.
         let single = |x: L| f32x8::from_f64s(x.to_f64s());
-        let way = [way.x, way.y, way.z];
-        let reach = way.map(|w| single(w).abs());
-        let [x, y, z] = reach;
+        let [x, y, z] = [way.x, way.y, way.z].map(|w| single(w).abs());
         let along_x = (x.ge(y) & x.ge(z)).bits();
         let along_y = y.ge(z).bits() & !along_x;
         let along = [along_x, along_y, !(along_x | along_y)];
         let zero = L::zero();
-        let backward = way.map(|w| w.lt(zero).bits());
+        let backward = [way.x, way.y, way.z].map(|w| w.lt(zero).bits());
 
         let (mut depth, mut cell, mut waiting) = (f32x8::zero(), [0; LANES], lanes);
         let (mut within, mut beside) = (0u8, 0u8);
@@ -140,14 +155,17 @@ impl LightBuffer {
             let negative = backward[axis] >> first & 1 == 1;
             let same = waiting & along[axis] & if negative { backward[axis] } else { !backward[axis] };
             waiting &= !same;
-            let number = axis * 2 + usize::from(negative);
-            let face = &self.faces[number];
-            let (_, across, up, _) = axes(number);
-            let to = reach[axis];
+            let face = &self.faces[axis * 2 + usize::from(negative)];
+            // (By number they would be looked up in memory, where they are not yet.)
+            let (ahead, across, up, to) = match axis {
+                0 => (way.x, way.y, way.z, x),
+                1 => (way.y, way.z, way.x, y),
+                _ => (way.z, way.x, way.y, z),
+            };
             let scale = f32x8::lit(face.scale) / to;
-            let ahead = way[axis].abs();
+            let ahead = ahead.abs();
             let place = |w: L, corner: f64| single((-ahead).fused(L::lit(corner), w)) * scale;
-            let (column, row) = (place(way[across], face.corner[0]), place(way[up], face.corner[1]));
+            let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
             let (columns, rows) = (f32x8::lit(f64::from(face.columns)), f32x8::lit(f64::from(face.rows)));
             let sound = same & (to.gt(f32x8::lit(REACH.start)) & to.lt(f32x8::lit(REACH.end))).bits();
             let out = column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows);
@@ -163,28 +181,31 @@ impl LightBuffer {
             };
             cell = choose(same, &each_lane(place), &cell);
         }
-        let mut known = Known { free: beside, ..Known::default() };
+        (known.free, known.blocked, known.doubtful) = (beside, 0, 0);
         if within != 0 {
-            let (mut near, mut dark, mut listed) = ([0.0; LANES], [0.0; LANES], 0);
-            for k in 0..LANES {
-                // Lanes that are not within have any number.
-                let cell = self.cells.get(cell[k] as usize).unwrap_or(&Cell::EMPTY);
-                let own = if cell.nearest == SHEET {
-                    self.sheets.iter().any(|sheets| sheets.contains(&surface[k]))
-                } else {
-                    cell.nearest == surface[k] && outside >> k & 1 == 1
-                };
-                near[k] = if own { cell.near_but_one } else { cell.near };
-                dark[k] = cell.blocked;
-                listed |= u8::from(cell.first != NO_LIST) << k;
+            // Lanes that are not within have any number.
+            let cells =
+                [0, 1, 2, 3, 4, 5, 6, 7].map(|k| self.cells.get(cell[k] as usize).unwrap_or(&Cell::EMPTY));
+            let nearest = each_lane(|k| cells[k].nearest);
+            let mut own = same_lanes(&nearest, surface) & outside;
+            let on_sheets = equal_lanes(&nearest, SHEET);
+            if on_sheets != 0 {
+                for sheet in self.sheets.iter().filter(|sheet| !sheet.is_empty()) {
+                    own |= on_sheets & lanes_within(surface, sheet.start, sheet.end - sheet.start);
+                }
             }
-            let free = depth.lt(f32x8::from(near)).bits() & within;
-            known.blocked = depth.gt(f32x8::from(dark)).bits() & within;
-            known.listed = listed & within & !free & !known.blocked;
+            let [near, near_but_one] =
+                [f32x8::from_fn(|k| cells[k].near), f32x8::from_fn(|k| cells[k].near_but_one)];
+            let near = Mask::from_bits(own).select(near_but_one, near);
+            let free = depth.lt(near).bits() & within;
+            known.blocked = depth.gt(f32x8::from_fn(|k| cells[k].blocked)).bits() & within;
+            if !self.candidates.is_empty() {
+                known.doubtful = within & !free & !known.blocked;
+            }
             known.free |= free;
             (known.cell, known.depth) = (cell, depth.to_array());
         }
-        let mut open = known.free | known.listed;
+        let mut open = known.free | known.doubtful;
         if !self.complete {
             open = 0;
         }
@@ -195,18 +216,17 @@ impl LightBuffer {
             open &= region.holds(point) | equal_lanes(surface, region.surface);
         }
         known.free &= open;
-        known.listed &= open;
-        known
+        known.doubtful &= open;
     }
 
-    /// Tells the lanes that [`LightBuffer::look`] left to the lists.
+    /// Tells those of the lanes that [`LightBuffer::look`] left in doubt whose cells have lists.
     #[inline]
     pub fn ask<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, ways: &Ways<S>, known: &mut Known) {
         let view = if scene.has_triangles() { View::along(ways.rays.dir) } else { View::default() };
-        for k in bits(known.listed) {
-            let Some(cell) = self.cells.get(known.cell[k] as usize) else { continue };
-            let all = cell.first as usize..cell.first as usize + cell.len as usize;
-            let candidates = self.candidates.get(all).unwrap_or_default();
+        for k in bits(known.doubtful) {
+            let Some(list) = self.lists.get(known.cell[k] as usize) else { continue };
+            let all = list.first as usize..list.first as usize + list.len as usize;
+            let Some(candidates) = self.candidates.get(all) else { continue };
             let blocked = meets(scene, candidates, ways, (&view, k), known.depth[k]);
             known.free |= u8::from(!blocked) << k;
             known.blocked |= u8::from(blocked) << k;

@@ -5,7 +5,7 @@ use super::casters::{Caster, Casters, Region, caster};
 use super::cell::{Entry, Settle, TRIANGLE};
 use super::seen::{Facet, Outline, Seen, relative};
 use super::sheet::{Figure, Figures};
-use super::{Cell, FACES, Face, LightBuffer};
+use super::{Cell, FACES, Face, LightBuffer, List};
 use crate::compile::{Compiled, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, f64x8};
@@ -59,6 +59,7 @@ pub fn fill<S: Scalar, B: Scalar>(
         location,
         faces: [Face::default(); FACES],
         cells: Vec::new(),
+        lists: Vec::new(),
         candidates: Vec::new(),
         sheets: [0..0, 0..0],
         regions: Vec::new(),
@@ -214,7 +215,8 @@ impl Drawn {
             let entries = &mut entries[first..end as usize];
             first = end as usize;
             let place = (cell % face.columns, cell / face.columns);
-            buffer.cells[(face.first + cell) as usize] = how.cell(entries, place, &mut buffer.candidates);
+            let number = (face.first + cell) as usize;
+            (buffer.cells[number], buffer.lists[number]) = how.cell(entries, place, &mut buffer.candidates);
         }
     }
 }
@@ -256,6 +258,7 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
             }
             if laid <= FACES as f64 || drawn(buffer, seen) <= most {
                 buffer.cells = vec![Cell::EMPTY; first as usize];
+                buffer.lists = vec![List::NONE; first as usize];
                 return;
             }
         }
