@@ -1,15 +1,18 @@
 //! The picture under way: linear light, one sum per pixel. Knows nothing of scenes, rays or files.
 
-/// A finished picture in linear light, row by row from the top left.
+/// A finished picture, row by row from the top left: of light, or of what its pixels were developed to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Film {
+pub struct Picture<P> {
     /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
     /// `width * height` pixels.
-    pub pixels: Vec<Pixel>,
+    pub pixels: Vec<P>,
 }
+
+/// A picture in linear light.
+pub type Film = Picture<Pixel>;
 
 /// One pixel: premultiplied linear RGB, and how much of the background shows through.
 ///
@@ -25,15 +28,23 @@ pub struct Pixel {
     pub transmit: f32,
 }
 
-impl Film {
-    /// A black, covered picture.
+impl<P: Copy + bytemuck::Zeroable> Picture<P> {
+    /// A black picture; a film is also covered. (Its memory comes as the system zeroes it, where it is first written to.)
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, pixels: vec![Pixel::default(); width * height] }
+        Self { width, height, pixels: bytemuck::zeroed_vec(width * height) }
     }
 
     /// The pixel in column `x`, row `y` (0 at the top left).
-    pub fn pixel(&self, x: usize, y: usize) -> Pixel {
+    pub fn pixel(&self, x: usize, y: usize) -> P {
         self.pixels[y * self.width + x]
+    }
+
+    /// Lays rows of `width` pixels over those from column `x`, row `y` on.
+    pub fn lay(&mut self, (x, y): (usize, usize), width: usize, pixels: &[P]) {
+        for (row, pixels) in pixels.chunks(width).enumerate() {
+            let first = (y + row) * self.width + x;
+            self.pixels[first..first + pixels.len()].copy_from_slice(pixels);
+        }
     }
 }
 

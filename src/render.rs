@@ -1,22 +1,24 @@
-//! A scene, a picture size and an engine in; a film in linear light and what it cost out.
+//! A scene, a picture size and an engine in; a picture, in linear light or developed, and what it cost out.
 //!
 //! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
 //! neither text nor files.
 
 use crate::compile::Compiled;
-use crate::film::Film;
 pub use crate::film::RayCounts;
+use crate::film::{Film, Picture, Pixel};
 use crate::lane::Scalar;
 use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
 use crate::wave;
+use crate::wave::Tile;
 pub use crate::wave::{LightBuffers, Occupancy, Schedule, Traversal};
+use bytemuck::Zeroable;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// How exactly the packet engine computes.
@@ -83,7 +85,7 @@ impl Default for RenderOptions {
 pub struct RenderStats {
     /// Seconds from scene to columns and trees; 0 for the reference engine, which has none.
     pub build_s: f64,
-    /// Seconds of tracing.
+    /// Seconds of tracing, of making pixels what is kept of them included.
     pub trace_s: f64,
     /// Threads that traced.
     pub threads: usize,
@@ -147,30 +149,53 @@ pub fn render(
     options: &RenderOptions,
     progress: OnProgress<'_>,
 ) -> Result<(Film, RenderStats), RenderError> {
+    develop(scene, options, |pixel| pixel, progress)
+}
+
+/// Renders `scene`, and keeps of each pixel what `develop` makes of it: a picture of bytes takes a fifth of a film's
+/// memory, and fresh memory is dear.
+///
+/// # Errors
+/// As [`render`].
+pub fn develop<P: Copy + Zeroable + Send>(
+    scene: &Scene,
+    options: &RenderOptions,
+    develop: impl Fn(Pixel) -> P + Sync,
+    progress: OnProgress<'_>,
+) -> Result<(Picture<P>, RenderStats), RenderError> {
     let (width, height) = (options.width, options.height);
     if !width.checked_mul(height).is_some_and(|pixels| (1..=MOST_PIXELS).contains(&pixels)) {
         return Err(RenderError::Size { width, height });
     }
     let threads = rayon::ThreadPoolBuilder::new().num_threads(options.threads).stack_size(STACK_BYTES);
     let pool = threads.build()?;
-    let (mut film, mut stats) = pool.install(|| trace(scene, options, progress))?;
+    let linear = to_linear(scene.globals.assumed_gamma);
+    let sum = Sum::new(options);
+    let picture = Mutex::new(Picture::new(width, height));
+    // Tiles are developed and laid down as they are done, each by the thread that made it: afterwards it would be one
+    // thread's work.
+    let done = |tile: Tile<'_>| {
+        progress(sum.add(tile.pixels.len(), tile.rays));
+        let developed: Vec<P> = tile.pixels.iter().map(|&pixel| develop(linear(pixel))).collect();
+        let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
+        picture.lay(tile.corner, tile.width, &developed);
+    };
+    let mut stats = pool.install(|| trace(scene, options, &done));
     stats.threads = pool.current_num_threads();
     stats.shapes = shape_counts(scene);
-    to_linear(&mut film, scene.globals.assumed_gamma);
-    Ok((film, stats))
+    Ok((picture.into_inner().unwrap_or_else(PoisonError::into_inner), stats))
 }
 
+/// Is handed finished tiles, from any thread.
+type OnTile<'a> = &'a (dyn Fn(Tile<'_>) + Sync);
+
 /// Hands over to the engine, on the threads of the pool it is called in.
-fn trace(
-    scene: &Scene,
-    options: &RenderOptions,
-    progress: OnProgress<'_>,
-) -> Result<(Film, RenderStats), RenderError> {
+fn trace(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
     match (options.engine, options.precision) {
-        (Engine::Packets, Precision::Fast) => Ok(trace_packets::<f32, f32>(scene, options, progress)),
-        (Engine::Packets, Precision::Exact) => Ok(trace_packets::<f64, f32>(scene, options, progress)),
-        (Engine::Packets, Precision::Strict) => Ok(trace_packets::<f64, f64>(scene, options, progress)),
-        (Engine::Reference, _) => Ok(trace_by_reference(scene, options, progress)),
+        (Engine::Packets, Precision::Fast) => trace_packets::<f32, f32>(scene, options, done),
+        (Engine::Packets, Precision::Exact) => trace_packets::<f64, f32>(scene, options, done),
+        (Engine::Packets, Precision::Strict) => trace_packets::<f64, f64>(scene, options, done),
+        (Engine::Reference, _) => trace_by_reference(scene, options, done),
     }
 }
 
@@ -178,34 +203,28 @@ fn trace(
 fn trace_packets<S: Scalar, B: Scalar>(
     scene: &Scene,
     options: &RenderOptions,
-    progress: OnProgress<'_>,
-) -> (Film, RenderStats) {
+    done: OnTile<'_>,
+) -> RenderStats {
     let begin = Instant::now();
     let compiled = Compiled::<S, B>::new(scene);
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let sum = Sum::new(options);
-    let on_tile = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
     let size = (options.width, options.height);
-    let (film, rays, occupancy) =
-        wave::render(&compiled, size, options.schedule, options.occupancy, &on_tile);
+    let (rays, occupancy) = wave::render(&compiled, size, options.schedule, options.occupancy, done);
     let trace_s = begin.elapsed().as_secs_f64();
     let occupancy = options.occupancy.then_some(occupancy);
-    (film, RenderStats { build_s, trace_s, rays, occupancy, ..RenderStats::default() })
+    RenderStats { build_s, trace_s, rays, occupancy, ..RenderStats::default() }
 }
 
 /// The oracle.
-fn trace_by_reference(
-    scene: &Scene,
-    options: &RenderOptions,
-    progress: OnProgress<'_>,
-) -> (Film, RenderStats) {
+fn trace_by_reference(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
     let begin = Instant::now();
-    let sum = Sum::new(options);
-    let on_row = |pixels: usize, counts: &RayCounts| progress(sum.add(pixels, counts));
-    let (film, counts) = reference::render(scene, options.width, options.height, &on_row);
+    let on_row = |row: usize, pixels: &[Pixel], rays: &RayCounts| {
+        done(Tile { corner: (0, row), width: pixels.len(), pixels, rays });
+    };
+    let rays = reference::render(scene, options.width, options.height, &on_row);
     let trace_s = begin.elapsed().as_secs_f64();
-    (film, RenderStats { trace_s, rays: counts, ..RenderStats::default() })
+    RenderStats { trace_s, rays, ..RenderStats::default() }
 }
 
 /// Adds up what the threads have done.
@@ -232,14 +251,18 @@ impl Sum {
 }
 
 /// Decodes what was summed in the scene's working space to linear light.
-fn to_linear(film: &mut Film, working_space: Gamma) {
+fn to_linear(working_space: Gamma) -> impl Fn(Pixel) -> Pixel + Sync {
     let transfer = match working_space {
-        Gamma::Off | Gamma::Power(1.0) => return,
-        Gamma::Power(gamma) => Transfer::Power(gamma),
-        Gamma::Srgb => Transfer::Srgb,
+        Gamma::Off | Gamma::Power(1.0) => None,
+        Gamma::Power(gamma) => Some(Transfer::Power(gamma)),
+        Gamma::Srgb => Some(Transfer::Srgb),
     };
-    for value in film.pixels.iter_mut().flat_map(|pixel| &mut pixel.rgb) {
-        *value = transfer.decode(f64::from(*value)) as f32;
+    move |pixel| match transfer {
+        None => pixel,
+        Some(transfer) => {
+            let decode = |value: f32| transfer.decode(f64::from(value)) as f32;
+            Pixel { rgb: pixel.rgb.map(decode), ..pixel }
+        }
     }
 }
 

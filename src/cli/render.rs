@@ -5,9 +5,10 @@ use super::progress::Bar;
 use super::scene::{SceneArgs, load};
 use super::stats::Stats;
 use clap::ValueEnum;
-use octray::film::Film;
-use octray::image_io::{self, Encoding, Format};
-use octray::render::{Engine, LightBuffers, Precision, RenderOptions, Schedule, Traversal, render};
+use octray::image_io::{self, Developer, Encoding, Format};
+use octray::render::{
+    Engine, LightBuffers, Precision, RenderError, RenderOptions, Schedule, Traversal, develop, render,
+};
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
 use std::io::Write;
@@ -189,11 +190,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let options = RenderOptions { occupancy: args.occupancy, ..args.tracing.options(size.0, size.1) };
     let bar = Bar::new(size.0 * size.1, args.quiet);
-    let (film, stats) = render(&scene, &options, &|progress| bar.update(progress))
-        .map_err(|error| Failure::Machine(error.to_string()))?;
+    let progress = |progress| bar.update(progress);
+    let machine = |error: RenderError| Failure::Machine(error.to_string());
+    let encoding = args.encoding(&scene, output.format);
+    let (file, stats) = if let Some(developer) = Developer::of(&encoding) {
+        let (picture, stats) =
+            develop(&scene, &options, |pixel| developer.develop(&pixel), &progress).map_err(machine)?;
+        (image_io::encode_developed(&picture, &encoding)?, stats)
+    } else {
+        let (film, stats) = render(&scene, &options, &progress).map_err(machine)?;
+        (image_io::encode(&film, &encoding)?, stats)
+    };
     drop(bar);
 
-    output.write(&film, &args.encoding(&scene, output.format))?;
+    output.write(&file)?;
     if let Some(path) = &args.stats {
         let stats = Stats::new(&options, stats, parse_s, start.elapsed().as_secs_f64());
         let mut json = serde_json::to_vec_pretty(&stats).expect("plain numbers and names");
@@ -273,10 +283,10 @@ impl Output {
         Ok(self.path.as_deref().map_or(Ok(()), image_io::check_writable)?)
     }
 
-    fn write(&self, film: &Film, encoding: &Encoding) -> Result<(), Failure> {
+    fn write(&self, file: &[u8]) -> Result<(), Failure> {
         match &self.path {
-            Some(path) => Ok(image_io::write(path, film, encoding)?),
-            None => to_stdout(&image_io::encode(film, encoding)?),
+            Some(path) => Ok(image_io::replace_file(path, file)?),
+            None => to_stdout(file),
         }
     }
 }

@@ -11,7 +11,7 @@ pub struct Stats {
     pub parse_s: f64,
     /// From scene to columns and trees.
     pub build_s: f64,
-    /// Tracing alone.
+    /// Tracing, up to the codes of the pixels.
     pub trace_s: f64,
     /// From start to the written file.
     pub total_s: f64,

@@ -1,15 +1,14 @@
 //! Pixels to rows of integer codes or floats: the part that all formats share.
 
-use super::Encoding;
+use super::{Encoding, Format};
 use crate::film::{Film, Pixel};
 use crate::transfer::{Transfer, quantise};
 
 /// Interleaved 8 or 16-bit codes, 3 channels a pixel or 4 with alpha; 16-bit ones big-endian, as PNG and PPM hold
 /// them.
 pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
-    if !encoding.alpha && !encoding.deep {
-        let steps = Steps::new(encoding.transfer);
-        return film.pixels.iter().flat_map(|pixel| pixel.rgb.map(|value| steps.code(value))).collect();
+    if let Some(developer) = Developer::of(encoding) {
+        return film.pixels.iter().flat_map(|pixel| developer.develop(pixel)).collect();
     }
     let channels = if encoding.alpha { 4 } else { 3 };
     let mut bytes = Vec::with_capacity(film.pixels.len() * channels * if encoding.deep { 2 } else { 1 });
@@ -32,8 +31,32 @@ pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
     bytes
 }
 
+/// Turns pixels to the codes of a file of three 8-bit channels, one by one.
+pub struct Developer(Steps);
+
+impl Developer {
+    /// Of an encoding that is of that kind.
+    pub fn of(encoding: &Encoding) -> Option<Self> {
+        let bytes = matches!(encoding.format, Format::Png | Format::Ppm | Format::Jpeg);
+        (bytes && !encoding.alpha && !encoding.deep).then(|| Self(Steps::new(encoding.transfer)))
+    }
+
+    /// The pixel's codes.
+    pub fn develop(&self, pixel: &Pixel) -> [u8; 3] {
+        pixel.rgb.map(|light| self.0.code(light))
+    }
+}
+
 /// A transfer to 8-bit codes as the lights at which the code changes: the same codes without a power a pixel.
-struct Steps([f32; 255]);
+struct Steps {
+    /// The least light of each code but 0.
+    first: [f32; 255],
+    /// The code of the least light of each exponent and its highest bits of mantissa.
+    start: Vec<u8>,
+}
+
+/// Bits of a float that do not tell its start: 128 starts for each power of two, so that few lights are a step beyond theirs.
+const BELOW_START: u32 = 16;
 
 impl Steps {
     fn new(transfer: Transfer) -> Self {
@@ -47,11 +70,24 @@ impl Steps {
             }
             f32::from_bits(at)
         };
-        Self(std::array::from_fn(|k| first_of(k as u16 + 1)))
+        let first: [f32; 255] = std::array::from_fn(|k| first_of(k as u16 + 1));
+        let code = |light: f32| first.partition_point(|&first| light >= first) as u8;
+        let starts = 0..=1f32.to_bits() >> BELOW_START;
+        Self { first, start: starts.map(|start| code(f32::from_bits(start << BELOW_START))).collect() }
     }
 
+    #[inline]
     fn code(&self, light: f32) -> u8 {
-        self.0.partition_point(|&first| light >= first) as u8
+        // A NaN fails the comparison.
+        if !(light > 0.0) {
+            return 0;
+        }
+        let start = light.to_bits() >> BELOW_START;
+        let mut code = self.start.get(start as usize).map_or(255, |&code| usize::from(code));
+        while self.first.get(code).is_some_and(|&first| light >= first) {
+            code += 1;
+        }
+        code as u8
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::codes::{float_codes, integer_codes};
 use super::{Encoding, Format, ImageError, png, replace_file};
-use crate::film::Film;
+use crate::film::{Film, Picture};
 use image::ExtendedColorType::{Rgb8, Rgb32F, Rgba32F};
 use image::ImageEncoder;
 use std::io::Cursor;
@@ -22,10 +22,43 @@ pub fn encode(film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
         deep: encoding.deep && matches!(encoding.format, Format::Png | Format::Ppm),
         ..*encoding
     };
-    let (width, height) = (side(film.width)?, side(film.height)?);
+    let size = (side(film.width)?, side(film.height)?);
+    match encoding.format {
+        Format::Png | Format::Ppm | Format::Jpeg => of_codes(size, &integer_codes(film, encoding), encoding),
+        Format::Exr | Format::Hdr => of_light(size, film, encoding),
+    }
+}
+
+/// The same of pixels that a [`Developer`](super::Developer) of `encoding` has turned to codes.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_developed(picture: &Picture<[u8; 3]>, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
+    let size = (side(picture.width)?, side(picture.height)?);
+    of_codes(size, picture.pixels.as_flattened(), encoding)
+}
+
+/// A file of integers.
+fn of_codes((width, height): (u32, u32), codes: &[u8], encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
+    let mut file = Vec::new();
+    match encoding.format {
+        Format::Ppm => {
+            let highest = if encoding.deep { 65535 } else { 255 };
+            let head = format!("P6\n{width} {height}\n{highest}\n");
+            return Ok([head.as_bytes(), codes].concat());
+        }
+        Format::Jpeg => image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, JPEG_QUALITY)
+            .write_image(codes, width, height, Rgb8)
+            .map_err(failed)?,
+        _ => png::write(&mut file, (width, height), codes, encoding)?,
+    }
+    Ok(file)
+}
+
+/// A file of floats.
+fn of_light((width, height): (u32, u32), film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
     let mut file = Cursor::new(Vec::new());
     match encoding.format {
-        Format::Png => png::write(&mut file, film, encoding)?,
         Format::Exr => {
             let values = float_codes(film, encoding.alpha);
             let color = if encoding.alpha { Rgba32F } else { Rgb32F };
@@ -33,7 +66,7 @@ pub fn encode(film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
                 .write_image(bytemuck::cast_slice(&values), width, height, color)
                 .map_err(failed)?;
         }
-        Format::Hdr => {
+        _ => {
             // Radiance has neither negative light nor NaN.
             let cut = |value: f32| if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
             let values: Vec<_> = film.pixels.iter().map(|pixel| image::Rgb(pixel.rgb.map(cut))).collect();
@@ -41,14 +74,6 @@ pub fn encode(film: &Film, encoding: &Encoding) -> Result<Vec<u8>, ImageError> {
                 .encode(&values, film.width, film.height)
                 .map_err(failed)?;
         }
-        Format::Ppm => {
-            let highest = if encoding.deep { 65535 } else { 255 };
-            let head = format!("P6\n{width} {height}\n{highest}\n").into_bytes();
-            return Ok([head, integer_codes(film, encoding)].concat());
-        }
-        Format::Jpeg => image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, JPEG_QUALITY)
-            .write_image(&integer_codes(film, encoding), width, height, Rgb8)
-            .map_err(failed)?,
     }
     Ok(file.into_inner())
 }

@@ -9,7 +9,8 @@ mod png;
 mod read;
 mod replace;
 
-pub use encode::{encode, write};
+pub use codes::Developer;
+pub use encode::{encode, encode_developed, write};
 pub use read::{Assume, decode, read};
 pub use replace::{check_writable, replace_file};
 

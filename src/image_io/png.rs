@@ -1,16 +1,18 @@
 //! PNG with the chunks that say what its codes mean: `sRGB`, or `gAMA` as POV-Ray writes it.
 
-use super::codes::integer_codes;
 use super::{Encoding, ImageError};
-use crate::film::Film;
 use crate::transfer::Transfer;
 use png::{BitDepth, ColorType, ScaledFloat, SrgbRenderingIntent};
 use std::io::{Cursor, Write};
 
-pub(super) fn write(file: &mut impl Write, film: &Film, encoding: &Encoding) -> Result<(), ImageError> {
+pub(super) fn write(
+    file: &mut impl Write,
+    (width, height): (u32, u32),
+    codes: &[u8],
+    encoding: &Encoding,
+) -> Result<(), ImageError> {
     let failed = |error: png::EncodingError| ImageError::Encode(error.to_string());
-    let side = |pixels: usize| u32::try_from(pixels).map_err(|e| ImageError::Encode(e.to_string()));
-    let mut encoder = png::Encoder::new(file, side(film.width)?, side(film.height)?);
+    let mut encoder = png::Encoder::new(file, width, height);
     encoder.set_color(if encoding.alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(if encoding.deep { BitDepth::Sixteen } else { BitDepth::Eight });
     // A tenth of the time of the default, for files some tenths longer.
@@ -24,7 +26,7 @@ pub(super) fn write(file: &mut impl Write, film: &Film, encoding: &Encoding) -> 
         Transfer::AsIs => {}
     }
     let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&integer_codes(film, encoding)).map_err(failed)?;
+    writer.write_image_data(codes).map_err(failed)?;
     writer.finish().map_err(failed)
 }
 

@@ -1,6 +1,6 @@
 //! The oracle: one ray at a time, f64, recursive, every object asked in turn.
 //!
-//! A [`Scene`] comes in, a [`Film`] goes out. It is written in the form every textbook gives (Whitted 1980; Glassner,
+//! A [`Scene`] comes in, rows of [`Pixel`]s go out. It is written in the form every textbook gives (Whitted 1980; Glassner,
 //! An Introduction to Ray Tracing, 1989): find the nearest hit, shade it with a ray to each light, reflect, refract, stop
 //! at the depth limit. It shares nothing with the packet engine but the scene description, and knows no lanes, trees or
 //! queues: where the two disagree, the one that is easy to read is believed.
@@ -27,7 +27,7 @@ mod world;
 #[cfg(test)]
 mod tests;
 
-use crate::film::{Film, Pixel, RayCounts};
+use crate::film::{Pixel, RayCounts};
 use crate::scene::{Color, Object, Pigment, Scene};
 use glam::DVec3;
 use ray::{Ray, RayKind};
@@ -51,31 +51,29 @@ pub struct Hit {
 
 /// Traces one ray through the middle of each pixel.
 ///
-/// `progress` is told, from any thread and row by row, how many more pixels are finished and which rays that took. The
+/// `done` is handed, from any thread and in any order, the number of each row, its pixels and the rays they took. The
 /// picture depends on nothing but the scene and its size. Rows are shared out over the threads of the current rayon pool.
 pub fn render(
     scene: &Scene,
     width: usize,
     height: usize,
-    progress: &(dyn Fn(usize, &RayCounts) + Sync),
-) -> (Film, RayCounts) {
-    let world = World::new(scene);
-    let mut film = Film::new(width, height);
-    if film.pixels.is_empty() {
-        return (film, RayCounts::default());
+    done: &(dyn Fn(usize, &[Pixel], &RayCounts) + Sync),
+) -> RayCounts {
+    if width == 0 {
+        return RayCounts::default();
     }
-    let row = |(y, row): (usize, &mut [Pixel])| {
+    let world = World::new(scene);
+    let row = |y: usize| {
         let mut tracer = Tracer::new(&world);
-        for (x, pixel) in row.iter_mut().enumerate() {
-            *pixel = tracer.camera_ray(&camera::ray(&scene.camera, x, y, width, height));
-        }
-        progress(width, &tracer.counts);
+        let pixel = |x| tracer.camera_ray(&camera::ray(&scene.camera, x, y, width, height));
+        let pixels: Vec<Pixel> = (0..width).map(pixel).collect();
+        done(y, &pixels, &tracer.counts);
         tracer.counts
     };
-    let counts = film.pixels.par_chunks_mut(width).enumerate().map(row).collect::<Vec<_>>();
+    let counts: Vec<RayCounts> = (0..height).into_par_iter().map(row).collect();
     let mut total = RayCounts::default();
     counts.iter().for_each(|counts| total.add(counts));
-    (film, total)
+    total
 }
 
 /// What a camera ray from `origin` along `dir` (any length but 0) meets first, for comparing engines hit by hit.

@@ -1,9 +1,18 @@
 //! Whole scenes, each small enough to know the answer.
 
 use super::*;
+use crate::film::Film;
 use crate::scene::*;
 use smallvec::smallvec;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+
+fn render(scene: &Scene, width: usize, height: usize) -> (Film, RayCounts) {
+    let film = Mutex::new(Film::new(width, height));
+    let counts = super::render(scene, width, height, &|row, pixels, _| {
+        film.lock().unwrap().lay((0, row), width, pixels);
+    });
+    (film.into_inner().unwrap(), counts)
+}
 
 /// Looks from the origin along z at a single point.
 fn scene(objects: Vec<Object>) -> Scene {
@@ -50,7 +59,7 @@ fn csg(op: CsgOp, children: Vec<Object>) -> Object {
 
 /// What a ray from the origin along z sees.
 fn seen(scene: &Scene) -> [f64; 3] {
-    render(scene, 1, 1, &|_, _| ()).0.pixel(0, 0).rgb.map(f64::from)
+    render(scene, 1, 1).0.pixel(0, 0).rgb.map(f64::from)
 }
 
 fn check(scene: &Scene, expected: [f64; 3], bound: f64) {
@@ -159,7 +168,7 @@ fn union_keeps_its_inner_surfaces_and_merge_does_not() {
             texture: clear(plane(DVec3::Y, 0.0), Interior::default()).texture,
             ..object
         };
-        let counts = render(&scene(vec![glass(csg(op, parts()))]), 1, 1, &|_, _| ()).1;
+        let counts = render(&scene(vec![glass(csg(op, parts()))]), 1, 1).1;
         counts.refract
     };
     assert_eq!((through(CsgOp::Union), through(CsgOp::Merge)), (4, 2));
@@ -191,7 +200,7 @@ fn merge_of_boxes_that_share_a_face_has_no_wall_between() {
         ],
     );
     let glass = Object { texture: clear(plane(DVec3::Y, 0.0), Interior::default()).texture, ..merged };
-    assert_eq!(render(&scene(vec![glass]), 1, 1, &|_, _| ()).1.refract, 2);
+    assert_eq!(render(&scene(vec![glass]), 1, 1).1.refract, 2);
 }
 
 #[test]
@@ -446,7 +455,7 @@ fn alpha_is_what_the_surfaces_leave() {
     let color = Color { rgb: Rgb::splat(0.5), filter: 0.0, transmit: 0.4 };
     let veil = textured(cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 2.0]), color, glow());
     let empty = Color { transmit: 1.0, ..Color::default() };
-    let pixel = render(&Scene { background: empty, ..scene(vec![veil]) }, 1, 1, &|_, _| ()).0.pixel(0, 0);
+    let pixel = render(&Scene { background: empty, ..scene(vec![veil]) }, 1, 1).0.pixel(0, 0);
     assert!((f64::from(pixel.transmit) - 0.16).abs() < FILM);
     // Premultiplied: 0.5 seen by 0.6, and again through 0.4.
     assert!((f64::from(pixel.rgb[0]) - 0.42).abs() < FILM);
@@ -543,10 +552,10 @@ fn everything(factor: f64) -> Scene {
 
 #[test]
 fn scene_of_any_size_gives_the_same_bits() {
-    let (one, counts) = render(&everything(1.0), 48, 36, &|_, _| ());
+    let (one, counts) = render(&everything(1.0), 48, 36);
     assert!(counts.shadow > 0 && counts.reflect > 0 && counts.refract > 0);
     for power in [-20, -3, 7, 20] {
-        let other = render(&everything(2f64.powi(power)), 48, 36, &|_, _| ());
+        let other = render(&everything(2f64.powi(power)), 48, 36);
         assert!(one == other.0 && counts == other.1, "scaled by 2^{power}");
     }
 }
@@ -555,7 +564,7 @@ fn scene_of_any_size_gives_the_same_bits() {
 fn number_of_threads_changes_nothing() {
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| render(&everything(1.0), 32, 24, &|_, _| ()))
+        pool.install(|| render(&everything(1.0), 32, 24))
     };
     assert!(on(1) == on(3));
 }
@@ -563,6 +572,6 @@ fn number_of_threads_changes_nothing() {
 #[test]
 fn picture_without_pixels_is_no_panic() {
     for (width, height) in [(0, 0), (0, 5), (5, 0)] {
-        assert_eq!(render(&everything(1.0), width, height, &|_, _| ()).1, RayCounts::default());
+        assert_eq!(render(&everything(1.0), width, height).1, RayCounts::default());
     }
 }

@@ -1,4 +1,4 @@
-//! The packet engine: waves of rays through the compiled scene, tile by tile, into a film.
+//! The packet engine: waves of rays through the compiled scene, into the pixels of tiles.
 //!
 //! A tile belongs to one thread from its camera rays to its pixels; rays of one kind wait in columns until eight of
 //! them fill a packet. Same scene, same build: the same bytes with any number of threads.
@@ -30,7 +30,7 @@ mod trace;
 
 pub use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, class};
-use crate::film::{Film, RayCounts};
+use crate::film::{Pixel, RayCounts};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use area::{Shared, TileArea};
@@ -65,15 +65,28 @@ impl Default for Schedule {
     }
 }
 
-/// Renders with the threads of the current pool; `progress` is told the pixels and rays of each finished tile. With
+/// A finished tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile<'a> {
+    /// Column and row of its first pixel, from the top left.
+    pub corner: (usize, usize),
+    /// Pixels per row.
+    pub width: usize,
+    /// Row by row.
+    pub pixels: &'a [Pixel],
+    /// Rays that it took.
+    pub rays: &'a RayCounts,
+}
+
+/// Renders with the threads of the current pool; `done` is handed each tile by the thread that finished it. With
 /// `count` it also counts how many lanes work, which takes some more time.
 pub fn render<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     (width, height): (usize, usize),
     schedule: Schedule,
     count: bool,
-    progress: &(dyn Fn(usize, &RayCounts) + Sync),
-) -> (Film, RayCounts, Occupancy) {
+    done: &(dyn Fn(Tile<'_>) + Sync),
+) -> (RayCounts, Occupancy) {
     let mut lights = LightProgram::all(&scene.lights, scene.origin);
     surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
@@ -89,23 +102,18 @@ pub fn render<S: Scalar, B: Scalar>(
             })
         })
         .collect();
-    // Tiles are laid down as they are done, each by the thread that made it: afterwards it would be one thread's work.
-    let result = Mutex::new((Film::new(width, height), RayCounts::default(), Occupancy::default()));
+    let result = Mutex::new((RayCounts::default(), Occupancy::default()));
     tiles.into_par_iter().for_each_init(
         || (TileWorker::new(&shared, schedule.traversal, count), Vec::new()),
         |(worker, pixels), area| {
             let before = worker.occupancy();
             let tile_counts = worker.render(&shared, area, pixels);
             let tile_occupancy = worker.occupancy() - before;
-            progress(pixels.len(), &tile_counts);
+            done(Tile { corner: (area.x, area.y), width: area.width, pixels, rays: &tile_counts });
             let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
-            let (film, counts, occupancy) = &mut *result;
+            let (counts, occupancy) = &mut *result;
             counts.add(&tile_counts);
             *occupancy += tile_occupancy;
-            for (row, pixels) in pixels.chunks(area.width).enumerate() {
-                let first = (area.y + row) * width + area.x;
-                film.pixels[first..first + area.width].copy_from_slice(pixels);
-            }
         },
     );
     result.into_inner().unwrap_or_else(PoisonError::into_inner)
