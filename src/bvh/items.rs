@@ -16,7 +16,7 @@ pub struct Item {
     pub class: u8,
     /// Its row.
     pub index: u32,
-    /// What a test of it against a packet costs, in box tests of a packet; kept to eight bits of mantissa.
+    /// What it costs to test it too where rays go into a leaf, in box tests of a packet; kept to eight bits of mantissa.
     pub cost: f32,
 }
 

@@ -145,6 +145,10 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
     Gathered { items, loose, together: costs[0] > costs[1] }
 }
 
+/// What a row more costs where rows are tested four at a time, as a share of a test by itself. (Packets take them row by row, and
+/// yet they, too, do best by leaves that are filled: with 1 meshes' camera and shadow rays lose 5 %, scattered ones 10 %.)
+const AMONG_OTHERS: f32 = 0.1;
+
 /// Puts a block's rows into the items, or among those without bounds.
 struct Gather<'a> {
     items: &'a mut Items,
@@ -158,7 +162,7 @@ impl<S: Scalar> WithBlock<S> for Gather<'_> {
     type Output = ();
     fn block<B: Block<S>>(self, block: &B) {
         let Self { items, loose, kind, tags } = self;
-        let cost = kind.cost();
+        let cost = kind.cost() * if kind.tests_across() { AMONG_OTHERS } else { 1.0 };
         for (row, tag) in tags.iter().enumerate() {
             let (bounds, index) = (block.bounds(row), row as u32);
             if bounds.is_finite() {
