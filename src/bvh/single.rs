@@ -78,9 +78,22 @@ pub(super) fn walk_single<B: Scalar>(
                     child = node.child[nearer];
                     continue;
                 }
+                let e = met.trailing_zeros() as usize & (LANES - 1);
+                met &= met - 1;
+                if met == 0 {
+                    // As `Order` has it, without a branch.
+                    let [nearest, next, last] = sorted([c, d, e].map(|c| t_in[c].order_key() | c as u64));
+                    let number = |key: u64| key as usize & (LANES - 1);
+                    stack[top] = entry(number(last));
+                    stack[top + 1] = entry(number(next));
+                    top += 2;
+                    child = node.child[number(nearest)];
+                    continue;
+                }
                 let mut order = Order::default();
                 order.insert(t_in[c], c);
                 order.insert(t_in[d], d);
+                order.insert(t_in[e], e);
                 for c in bits(met) {
                     order.insert(t_in[c], c);
                 }
@@ -105,4 +118,12 @@ pub(super) fn walk_single<B: Scalar>(
         }
     }
     packet.far.lanes_mut()[lane] = far;
+}
+
+/// In rising order.
+#[inline(always)]
+fn sorted([a, b, c]: [u64; 3]) -> [u64; 3] {
+    let (a, b) = (a.min(b), a.max(b));
+    let (b, c) = (b.min(c), b.max(c));
+    [a.min(b), a.max(b), c]
 }
