@@ -1,7 +1,7 @@
 //! Boxes whose edges are parallel to the world's axes.
 
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 
@@ -64,9 +64,7 @@ impl<S: Scalar> Block<S> for Boxes<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        let gathered =
-            |c: &[Vec<S>; 3]| Vec3::new(gather(&c[0], index), gather(&c[1], index), gather(&c[2], index));
-        let slabs = Slabs { min: gathered(&self.min), max: gathered(&self.max) };
+        let slabs = Slabs { min: gather_vectors(&self.min, index), max: gather_vectors(&self.max, index) };
         let (point, normal, part) = slabs.face(rays, t);
         Surfaces { point, normal, part, ..Default::default() }
     }

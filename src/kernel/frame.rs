@@ -4,7 +4,7 @@
 //! the linear part: `own = M (p - c)`. A far origin then cancels in one subtraction, rounded once, and not in a sum
 //! of large products. Directions keep the length that the map gives them, so `t` is the same in both spaces.
 
-use super::{Aabb, OwnSpace, Rays, gather, permuted};
+use super::{Aabb, OwnSpace, Rays, gather_apart, one_row, permuted};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
 use glam::{DMat3, DVec3};
@@ -141,16 +141,23 @@ impl<S: Scalar> Frames<S> {
     /// Frame `index[k]` in lane `k`.
     #[inline(always)]
     pub fn gathered(&self, index: &[u32; LANES]) -> Frame<S::Lane> {
-        let m = |k: usize| gather(&self.to_own[k], index);
-        let c = |k: usize| gather(&self.center[k], index);
+        if let Some(row) = one_row(index) {
+            return self.at(row);
+        }
+        let m = |k: usize| gather_apart(&self.to_own[k], index);
+        let c = |k: usize| gather_apart(&self.center[k], index);
         Frame { center: Vec3::new(c(0), c(1), c(2)), rows: rows(m) }
     }
 
     /// World positions of points given in the own space of primitive `index[k]`.
     #[inline(always)]
     pub fn to_world(&self, index: &[u32; LANES], own: Vec3<S::Lane>) -> Vec3<S::Lane> {
-        let m = |k: usize| gather(&self.to_world[k], index);
-        let c = |k: usize| gather(&self.center[k], index);
+        if let Some(row) = one_row(index) {
+            let rows = rows(|k| S::Lane::splat(self.to_world[k][row]));
+            return self.center(row) + apply(&rows, own);
+        }
+        let m = |k: usize| gather_apart(&self.to_world[k], index);
+        let c = |k: usize| gather_apart(&self.center[k], index);
         let rows = rows(m);
         Vec3::new(c(0), c(1), c(2)) + apply(&rows, own)
     }

@@ -321,14 +321,35 @@ pub(crate) fn permuted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
     order.iter().map(|&i| column[i as usize]).collect()
 }
 
+/// The row that eight primitives are, if they are one: neighbours mostly meet one and the same. (To be asked once for all columns.)
+#[inline(always)]
+pub(crate) fn one_row(index: &[u32; LANES]) -> Option<usize> {
+    (equal_lanes(index, index[0]) == !0).then_some(index[0] as usize)
+}
+
 /// Reads one column for eight primitives.
 #[inline(always)]
 pub(crate) fn gather<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
-    // Neighbours mostly meet one and the same.
-    if equal_lanes(index, index[0]) == !0 {
-        return S::Lane::splat(column[index[0] as usize]);
+    match one_row(index) {
+        Some(row) => S::Lane::splat(column[row]),
+        None => gather_apart(column, index),
     }
+}
+
+/// The same of primitives that are not all one.
+#[inline(always)]
+pub(crate) fn gather_apart<S: Scalar>(column: &[S], index: &[u32; LANES]) -> S::Lane {
     S::Lane::from_fn(|k| column[index[k] as usize])
+}
+
+/// Reads vectors in three columns for eight primitives.
+#[inline(always)]
+pub(crate) fn gather_vectors<S: Scalar>(columns: &[Vec<S>; 3], index: &[u32; LANES]) -> Vec3<S::Lane> {
+    let [x, y, z] = columns;
+    match one_row(index) {
+        Some(row) => Vec3::new(S::Lane::splat(x[row]), S::Lane::splat(y[row]), S::Lane::splat(z[row])),
+        None => Vec3::new(gather_apart(x, index), gather_apart(y, index), gather_apart(z, index)),
+    }
 }
 
 #[cfg(test)]

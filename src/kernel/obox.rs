@@ -2,7 +2,7 @@
 
 use super::frame::Frames;
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::{DAffine3, DVec3};
@@ -64,8 +64,7 @@ impl<S: Scalar> Block<S> for OrientedBoxes<S> {
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
         let frame = self.frames.gathered(index);
-        let h = |k: usize| gather(&self.half[k], index);
-        let half = Vec3::new(h(0), h(1), h(2));
+        let half = gather_vectors(&self.half, index);
         let (point, normal, part) = Slabs { min: -half, max: half }.face(&frame.rays(rays), t);
         Surfaces {
             point: self.frames.to_world(index, point),

@@ -1,6 +1,6 @@
 //! Planes: a unit normal and a point; the half space behind the normal is the inside.
 
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::DVec3;
@@ -70,9 +70,7 @@ impl<S: Scalar> Block<S> for Planes<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        let gathered =
-            |c: &[Vec<S>; 3]| Vec3::new(gather(&c[0], index), gather(&c[1], index), gather(&c[2], index));
-        let (normal, foot) = (gathered(&self.normal), gathered(&self.foot));
+        let (normal, foot) = (gather_vectors(&self.normal, index), gather_vectors(&self.foot, index));
         let p = rays.origin + rays.dir * t;
         Surfaces { point: p - normal * normal.dot(p - foot), normal, ..Default::default() }
     }

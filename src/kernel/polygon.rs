@@ -2,7 +2,7 @@
 
 use super::plane::finite;
 use super::triangle::{View, crosses};
-use super::{Aabb, Block, Left, Rays, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Surfaces, gather_vectors, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 use std::ops::Range;
@@ -152,9 +152,7 @@ impl<S: Scalar> Block<S> for Polygons<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        let gathered =
-            |c: &[Vec<S>; 3]| Vec3::new(gather(&c[0], index), gather(&c[1], index), gather(&c[2], index));
-        let (normal, anchor) = (gathered(&self.normal), gathered(&self.anchor));
+        let (normal, anchor) = (gather_vectors(&self.normal, index), gather_vectors(&self.anchor, index));
         let p = rays.origin + rays.dir * t;
         Surfaces { point: p - normal * normal.dot(p - anchor), normal, ..Default::default() }
     }
