@@ -14,6 +14,7 @@ mod coin;
 mod cone;
 mod disc;
 mod ellipsoid;
+mod extent;
 mod frame;
 mod obox;
 mod outline;
