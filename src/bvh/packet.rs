@@ -3,6 +3,7 @@
 use super::Bvh;
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use glam::DVec3;
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +101,12 @@ impl<B: Scalar> Packet<B> {
     pub fn found<L: Lane>(&mut self, lanes: u8, t: L, any: bool) {
         let far = if any { B::Lane::lit(-1.0) } else { self.far_of(t) };
         self.far = Mask::from_bits(lanes).select(far, self.far);
+    }
+
+    /// Where the ray in a lane really starts.
+    #[inline(always)]
+    fn eye_of(&self, lane: usize) -> DVec3 {
+        DVec3::from_array(self.eye.map(|x| x.lanes()[lane].to_f64()))
     }
 
     /// Lanes with a ray that is not done.
@@ -255,10 +262,19 @@ impl<B: Scalar> Bounds<B> {
         which: u8,
         directions: &Directions<B>,
     ) -> Option<(Self, B)> {
+        let width = (bvh.bounds.max - bvh.bounds.min).max_element();
+        // Rays that are no camera's mostly start far apart, which the first and the last tell.
+        let first = |bits: u8| bits.trailing_zeros() as usize & (LANES - 1);
+        let last = |bits: u8| (LANES - 1).saturating_sub(bits.leading_zeros() as usize);
+        let (one, other) = (packets.get(first(which))?, packets.get(last(which))?);
+        let (one, other) = (one.eye_of(first(one.live())), other.eye_of(last(other.live())));
+        let reach = one.abs().max(other.abs()).max_element();
+        if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
+            return None;
+        }
         let mut eye = [0, 1, 2].map(|axis| ends(packets, |packet| packet.eye[axis]));
         let ends_of = eye.map(|both| around(which, both).map(B::to_f64));
         let reach = ends_of.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
-        let width = (bvh.bounds.max - bvh.bounds.min).max_element();
         let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
         if !ends_of.iter().all(|[least, most]| most - least <= pad) {
             return None;
