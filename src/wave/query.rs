@@ -94,6 +94,12 @@ impl<L: Lane> Query<L> {
         !equal_lanes(&self.surface, NO_SURFACE) & self.lanes
     }
 
+    /// True if all rays have hit something.
+    #[inline(always)]
+    pub fn is_done(&self) -> bool {
+        self.hits() == self.lanes
+    }
+
     /// What was hit; lanes that have hit nothing repeat what one of `hits`, which are not none, has.
     #[inline(always)]
     pub fn met(&self, hits: u8) -> [SurfaceId; LANES] {
