@@ -162,15 +162,6 @@ impl<S: Scalar> Frames<S> {
         Vec3::new(c(0), c(1), c(2)) + apply(&rows, own)
     }
 
-    /// A box of row `i`'s own space around a box of the world.
-    pub fn own_box(&self, i: usize, world: Aabb) -> Aabb {
-        let row = |k: usize| DVec3::from_array([0, 1, 2].map(|axis| self.to_own[3 * k + axis][i].to_f64()));
-        let (middle, half) = (world.center() - self.center_of(i), (world.max - world.min) * 0.5);
-        let middle = DVec3::from_array([0, 1, 2].map(|k| row(k).dot(middle)));
-        let half = DVec3::from_array([0, 1, 2].map(|k| row(k).abs().dot(half)));
-        around(middle, half)
-    }
-
     /// A world box around the own-space box from `middle - half` to `middle + half`, as the columns have it.
     pub fn bounds(&self, i: usize, middle: DVec3, half: DVec3) -> Aabb {
         let (center, forward) = (self.center_of(i), self.forward_of(i));

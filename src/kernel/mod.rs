@@ -14,7 +14,6 @@ mod coin;
 mod cone;
 mod disc;
 mod ellipsoid;
-mod extent;
 mod frame;
 mod obox;
 mod outline;

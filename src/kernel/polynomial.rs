@@ -6,7 +6,6 @@
 //! graphics, sections 3 and 4). The unknown is counted from the ray's closest point to the middle, which keeps the
 //! coefficients of the size of the shape.
 
-use super::extent::zeros;
 use super::frame::{Frames, narrowed, widened};
 use super::univariate::{Step, Univariate, steps};
 use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, permuted};
@@ -88,13 +87,8 @@ impl<S: Scalar> Polynomials<S> {
 
     /// The scene vouches for the bounds of the last row.
     pub fn bound_last(&mut self, bounds: Aabb) {
-        let Some(last) = self.bounds.len().checked_sub(1) else { return };
-        self.bounds[last] = bounds;
-        if bounds.is_finite()
-            && let Some(own) = zeros(&self.steps[last], self.frames.own_box(last, bounds))
-        {
-            let half = (own.max - own.min) * 0.5;
-            self.bounds[last] = bounds.intersection(self.frames.bounds(last, own.center(), half));
+        if let Some(last) = self.bounds.last_mut() {
+            *last = bounds;
         }
     }
 
