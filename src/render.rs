@@ -122,9 +122,6 @@ pub enum RenderError {
         /// As asked for.
         height: usize,
     },
-    /// The engine is not part of this build.
-    #[error("the {0} engine is not built yet")]
-    NotBuilt(&'static str),
     /// Threads could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -143,7 +140,7 @@ const STACK_BYTES: usize = 1 << 28;
 /// scene's numbers as they are.
 ///
 /// # Errors
-/// If the size is out of reason, threads cannot be started, or the engine cannot render the scene.
+/// If the size is out of reason, or threads cannot be started.
 pub fn render(
     scene: &Scene,
     options: &RenderOptions,

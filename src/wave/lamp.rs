@@ -53,7 +53,7 @@ impl<L: Lane> Lamp<L> {
         // A light that goes all ways is seen from wherever nothing is in the way, so that is asked first.
         let early = light.buffer.as_ref().filter(|_| light.is_point());
         if let Some(buffer) = early {
-            let facing = (light.may_face(hit.point, hit.normal).bits() | double) & hit.active;
+            let facing = (light.is_before(hit.point, hit.normal).bits() | double) & hit.active;
             look(buffer, facing, &mut self.known);
             if facing & !self.known.blocked == 0 && !from_behind {
                 *answered += u64::from(facing.count_ones());

@@ -71,12 +71,10 @@ impl LightProgram {
         self.kind == LightKind::Point && !self.parallel
     }
 
-    /// Where it may shine on the front of surfaces at eight points: nowhere else does [`LightProgram::towards`] lead to that side.
+    /// Where it is on the front of surfaces at eight points, if [`LightProgram::is_point`]: nowhere else does
+    /// [`LightProgram::towards`] lead to that side.
     #[inline]
-    pub fn may_face<L: Lane>(&self, point: Vec3<L>, normal: Vec3<L>) -> Mask<L> {
-        if self.parallel {
-            return !Mask::none_set();
-        }
+    pub fn is_before<L: Lane>(&self, point: Vec3<L>, normal: Vec3<L>) -> Mask<L> {
         normal.dot(Vec3::splat(self.location) - point).gt(L::zero())
     }
 
