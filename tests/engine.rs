@@ -242,3 +242,15 @@ fn fast_stays_near_exact() {
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
+
+#[test]
+fn what_a_polynomial_has_outside_of_its_bound_is_seen_through_it() {
+    // (x^2 + y^2 + z^2 - 1) (z - 3): a sphere within the bound, and a plane behind it. As in POV-Ray; the oracle knows no bounds.
+    let text = "cubic { <0,0,1,-3, 0,0,0,0,0,0, 0,1,-3,0,0,0, 1,-3,-1,3> bounded_by { box { -1.8, 1.8 } } }";
+    let compiled = Compiled::<f64, f32>::new(&eval::from_text("text", text, &eval::Options::default()).scene);
+    let ray = |x: f64| (DVec3::new(x, x, -8.0), DVec3::Z);
+    let found = wave::nearest_hits(&compiled, &[ray(0.0), ray(1.5), ray(2.5)]);
+    let distances: Vec<Option<f64>> =
+        found.iter().map(|hit| hit.map(|hit| (hit.t * 1e9).round() / 1e9)).collect();
+    assert_eq!(distances, [Some(7.0), Some(11.0), None]);
+}
