@@ -2,7 +2,7 @@
 
 use super::Bvh;
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, first_and_last};
 use glam::DVec3;
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
@@ -264,10 +264,10 @@ impl<B: Scalar> Bounds<B> {
     ) -> Option<(Self, B)> {
         let width = (bvh.bounds.max - bvh.bounds.min).max_element();
         // Rays that are no camera's mostly start far apart, which the first and the last tell.
-        let first = |bits: u8| bits.trailing_zeros() as usize & (LANES - 1);
-        let last = |bits: u8| (LANES - 1).saturating_sub(bits.leading_zeros() as usize);
-        let (one, other) = (packets.get(first(which))?, packets.get(last(which))?);
-        let (one, other) = (one.eye_of(first(one.live())), other.eye_of(last(other.live())));
+        let (first, last) = first_and_last(which);
+        let (one, other) = (packets.get(first)?, packets.get(last)?);
+        let one = one.eye_of(first_and_last(one.live()).0);
+        let other = other.eye_of(first_and_last(other.live()).1);
         let reach = one.abs().max(other.abs()).max_element();
         if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
             return None;

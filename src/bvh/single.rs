@@ -1,7 +1,7 @@
 //! One ray against eight boxes at a time.
 
 use super::packet::Packet;
-use super::stack::{Entry, Order, Sides};
+use super::stack::{Entry, Order, Sides, child_of, key_of};
 use super::visit::Visit;
 use super::{Bvh, Child};
 use crate::lane::{LANES, Lane, Scalar, bits};
@@ -82,12 +82,11 @@ pub(super) fn walk_single<B: Scalar>(
                 met &= met - 1;
                 if met == 0 {
                     // As `Order` has it, without a branch.
-                    let [nearest, next, last] = sorted([c, d, e].map(|c| t_in[c].order_key() | c as u64));
-                    let number = |key: u64| key as usize & (LANES - 1);
-                    stack[top] = entry(number(last));
-                    stack[top + 1] = entry(number(next));
+                    let [nearest, next, last] = sorted([c, d, e].map(|c| key_of(t_in[c], c)));
+                    stack[top] = entry(child_of(last));
+                    stack[top + 1] = entry(child_of(next));
                     top += 2;
-                    child = node.child[number(nearest)];
+                    child = node.child[child_of(nearest)];
                     continue;
                 }
                 let mut order = Order::default();

@@ -53,10 +53,22 @@ pub(super) struct Order {
     len: usize,
 }
 
+/// What puts a child in order: by where it is entered, then by its number.
+#[inline(always)]
+pub(super) fn key_of<B: Scalar>(near: B, child: usize) -> u64 {
+    near.order_key() | child as u64
+}
+
+/// The number of the child that has this key.
+#[inline(always)]
+pub(super) fn child_of(key: u64) -> usize {
+    key as usize & (LANES - 1)
+}
+
 impl Order {
     #[inline(always)]
     pub fn insert<B: Scalar>(&mut self, near: B, child: usize) {
-        let key = near.order_key() | child as u64;
+        let key = key_of(near, child);
         let mut k = self.len;
         while k > 0 && self.keys[(k - 1) & (LANES - 1)] < key {
             self.keys[k & (LANES - 1)] = self.keys[(k - 1) & (LANES - 1)];
@@ -68,6 +80,6 @@ impl Order {
 
     #[inline(always)]
     pub fn farthest_first(&self) -> impl Iterator<Item = usize> {
-        (0..self.len).map(|k| (self.keys[k & (LANES - 1)] & 7) as usize)
+        (0..self.len).map(|k| child_of(self.keys[k & (LANES - 1)]))
     }
 }

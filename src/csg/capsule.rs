@@ -5,7 +5,7 @@
 //! told so: of a dozen holes a packet meets one.
 
 use crate::kernel::{Aabb, Rays, Solid};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, first_and_last, highest};
 use glam::{DMat3, DVec3};
 
 /// Capsules are no longer than this many times the composite's size, either way.
@@ -109,8 +109,7 @@ impl Beam {
     /// Around the rays of `lanes` (not none), given by their points nearest to a middle, within `size` of there.
     #[inline(always)]
     pub(super) fn new(rays: &Rays<f32x8>, lanes: u8, size: f32) -> Self {
-        let first = lanes.trailing_zeros() as usize & (LANES - 1);
-        let last = (LANES - 1).saturating_sub(lanes.leading_zeros() as usize);
+        let (first, last) = first_and_last(lanes);
         // Neighbours in a picture come in rows: between the first and the last lie the others.
         let between = |v: &Vec3<f32x8>| {
             let mean = |x: &f32x8| (x.lanes()[first] + x.lanes()[last]) * 0.5;

@@ -1,7 +1,7 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
-use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four};
-use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3, equal_lanes};
+use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four, one_row};
+use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` spheres (`radius` at least 0): columns `center` (3) and `radius`, all in scene units.
@@ -146,9 +146,8 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        // Neighbours mostly meet one and the same.
-        let [x, y, z, radius] = if equal_lanes(index, index[0]) == !0 {
-            self.row(index[0] as usize).map(S::Lane::splat)
+        let [x, y, z, radius] = if let Some(row) = one_row(index) {
+            self.row(row).map(S::Lane::splat)
         } else {
             [0, 1, 2, 3].map(|k| {
                 S::Lane::from_fn(|lane| self.fours[index[lane] as usize / 4].0[k][index[lane] as usize % 4])

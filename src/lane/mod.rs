@@ -69,6 +69,13 @@ pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The lowest and the highest set bit of a byte, which is not 0.
+#[inline(always)]
+pub fn first_and_last(mask: u8) -> (usize, usize) {
+    let last = (LANES - 1).saturating_sub(mask.leading_zeros() as usize);
+    (mask.trailing_zeros() as usize & (LANES - 1), last)
+}
+
 /// Numbers of `yes` where the bit is set, of `no` elsewhere.
 #[inline(always)]
 pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
