@@ -177,6 +177,11 @@ pub trait Lane:
     /// Exact.
     fn to_f64s(self) -> f64x8;
 
+    /// Rounded to another precision; exact towards the wider.
+    #[inline(always)]
+    fn cast<M: Lane>(self) -> M {
+        M::from_f64s(self.to_f64s())
+    }
     /// A constant in every lane.
     #[inline(always)]
     fn lit(x: f64) -> Self {

@@ -70,8 +70,7 @@ impl<L: Lane> Vec3<L> {
     /// Each component rounded to another precision; exact towards the wider.
     #[inline(always)]
     pub fn cast<M: Lane>(self) -> Vec3<M> {
-        let cast = |x: L| M::from_f64s(x.to_f64s());
-        Vec3::new(cast(self.x), cast(self.y), cast(self.z))
+        Vec3::new(self.x.cast(), self.y.cast(), self.z.cast())
     }
 
     /// Of directions up to unit length: reciprocals for slab tests, finite whatever the direction.

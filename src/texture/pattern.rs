@@ -1,7 +1,7 @@
 //! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
 
 use super::{Colors, function};
-use crate::lane::{Lane, Mask, Scalar, Vec3, f64x8};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::pattern::FUNCTION_STEPS;
 use crate::scene::{BlockPattern, Blocks, Color, ColorMap, Mapped, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
@@ -55,7 +55,7 @@ impl PatternProgram {
     }
 
     /// Colours at `point` (compiled space).
-    pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors<L> {
+    pub fn colors<L: Lane>(&self, point: Vec3<L>) -> Colors {
         // Cells end where POV-Ray's nudge of 1e-10 says, and faces of boxes love to lie there: double precision always.
         let wide = || self.to_pattern(point.cast::<f64x8>());
         match &self.kind {
@@ -89,7 +89,7 @@ impl PatternProgram {
     }
 }
 
-fn pick<L: Lane>(mask: Mask<L>, yes: &Color, no: Colors<L>) -> Colors<L> {
+fn pick(mask: Mask<f32x8>, yes: &Color, no: Colors) -> Colors {
     let yes = Colors::splat(yes);
     Colors {
         rgb: Vec3::select(mask, yes.rgb, no.rgb),
@@ -185,7 +185,7 @@ fn cycle<L: Lane>(v: L) -> L {
 }
 
 /// Entries are looked up by the first place not below the value; before the first and after the last they hold on.
-fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors<L> {
+fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors {
     let Some((_, last)) = map.entries.last() else {
         return Colors::splat(&Color::default());
     };
@@ -193,7 +193,7 @@ fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors<L> {
     // From the end, so that the first entry at or above the value has the last word.
     for k in (0..map.entries.len()).rev() {
         let (place, color) = &map.entries[k];
-        let below = value.le(L::lit(*place));
+        let below = value.le(L::lit(*place)).cast();
         if k == 0 {
             colors = pick(below, color, colors);
             continue;
@@ -202,8 +202,8 @@ fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors<L> {
         let width = *place - *before;
         let share = if width > 0.0 { (value - L::lit(*before)) / L::lit(width) } else { L::lit(1.0) };
         let exact = value.equal(L::lit(*place));
-        let share = exact.select(L::lit(1.0), share);
-        let mix = |a: f64, b: f64| L::lit(a) + L::lit(b - a) * share;
+        let share: f32x8 = exact.select(L::lit(1.0), share).cast();
+        let mix = |a: f64, b: f64| f32x8::lit(a) + f32x8::lit(b - a) * share;
         let between = Colors {
             rgb: Vec3::new(
                 mix(from.rgb.x, color.rgb.x),

@@ -1,7 +1,7 @@
 //! What a texture does at eight points.
 
 use super::{PatternProgram, TextureTable};
-use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes};
+use crate::lane::{LANES, Lane, Vec3, equal_lanes, f32x8};
 use crate::scene::{Color, Finish};
 
 /// The layers of a texture, top layer first.
@@ -31,8 +31,9 @@ pub struct Highlights {
     pub least_specular: f64,
 }
 
-/// Highlights of less than this share of the light are below the last bit of what else a lit surface shows.
-const NO_HIGHLIGHT: f64 = 1.0 / (1u64 << 60) as f64;
+/// Highlights of less than this share of the light are below the last bit of what else a lit surface shows, in single
+/// precision.
+const NO_HIGHLIGHT: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// The cosine at which POV-Ray leaves out highlights of a large exponent.
 const FAINT_PHONG: f64 = 0.0008;
@@ -61,33 +62,37 @@ pub enum PigmentProgram {
     Pattern(Box<PatternProgram>),
 }
 
-/// Eight colours with filter and transmit.
+/// Eight colours with filter and transmit, in single precision whatever rays are traced in (as POV-Ray's are).
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Colors<L> {
+pub struct Colors {
     /// Linear RGB.
-    pub rgb: Vec3<L>,
+    pub rgb: Vec3<f32x8>,
     /// Share of light that passes tinted.
-    pub filter: L,
+    pub filter: f32x8,
     /// Share of light that passes untinted.
-    pub transmit: L,
+    pub transmit: f32x8,
 }
 
-impl<L: Lane> Colors<L> {
+impl Colors {
     /// The same colour in every lane.
     #[inline(always)]
     pub fn splat(color: &Color) -> Self {
-        Self { rgb: Vec3::splat(color.rgb), filter: L::lit(color.filter), transmit: L::lit(color.transmit) }
+        Self {
+            rgb: Vec3::splat(color.rgb),
+            filter: f32x8::lit(color.filter),
+            transmit: f32x8::lit(color.transmit),
+        }
     }
 
     /// What the surface's own light is multiplied by.
     #[inline(always)]
-    pub fn opacity(&self) -> L {
-        L::lit(1.0) - self.filter - self.transmit
+    pub fn opacity(&self) -> f32x8 {
+        f32x8::lit(1.0) - self.filter - self.transmit
     }
 
     /// What light from behind is multiplied by.
     #[inline(always)]
-    pub fn transmittance(&self) -> Vec3<L> {
+    pub fn transmittance(&self) -> Vec3<f32x8> {
         let t = self.transmit;
         (self.rgb * self.filter).map(|c| c + t)
     }
@@ -103,7 +108,7 @@ impl LayerProgram {
         textures: &[u32; LANES],
         layer: usize,
         point: Vec3<L>,
-        colors: &mut Colors<L>,
+        colors: &mut Colors,
     ) {
         *colors = match &self.pigment {
             PigmentProgram::Pattern(pattern) => pattern.colors(point),
@@ -114,8 +119,8 @@ impl LayerProgram {
                 let color = |k: usize| &table.textures[textures[k] as usize].colors[layer];
                 Colors {
                     rgb: Vec3::from_fn(|k| color(k).rgb),
-                    filter: L::from_fn(|k| L::Scalar::from_f64(color(k).filter)),
-                    transmit: L::from_fn(|k| L::Scalar::from_f64(color(k).transmit)),
+                    filter: f32x8::from_fn(|k| color(k).filter as f32),
+                    transmit: f32x8::from_fn(|k| color(k).transmit as f32),
                 }
             }
         };

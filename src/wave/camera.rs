@@ -4,7 +4,7 @@ use super::area::{Shared, TileArea};
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f64x8};
+use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8};
 use crate::scene::Projection;
 
 /// Edge of the blocks of pixels whose rays make a group.
@@ -81,7 +81,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             lines: Lines { rays: Rays { origin: origin.cast(), dir: dir.cast() }, ..Lines::default() },
             throughput: Vec3::lit(1.0),
             weight: S::Lane::lit(1.0),
-            share: S::Lane::lit(1.0),
+            share: f32x8::lit(1.0),
             sink: each_lane(|k| (number * LANES + k) as u32),
             level: [1; LANES],
             medium,

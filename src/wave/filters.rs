@@ -11,13 +11,13 @@ use super::queue::{Feelers, Lines};
 use super::trace::Tracer;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Left, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes, f32x8};
 use crate::texture::Colors;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 pub struct Rest<L> {
     /// What the surfaces so far have let through.
-    pub filter: Vec3<L>,
+    pub filter: Vec3<f32x8>,
     /// What the rays travel in.
     medium: [u32; LANES],
     /// How far it is to the light.
@@ -38,7 +38,7 @@ pub fn through_one<S: Scalar, B: Scalar>(
     query: &mut Query<S::Lane>,
     (surface, mut lanes): (SurfaceId, u8),
     media: &mut Media,
-) -> Vec3<S::Lane> {
+) -> Vec3<f32x8> {
     let mut rest = Rest::of(rays);
     let on = query.lanes_on(surface) & lanes;
     let left = Left { on: Mask::from_bits(on), part: query.part };
@@ -150,7 +150,7 @@ fn cross<S: Scalar, B: Scalar>(
         rest.medium = choose(same, &[crossing.next; LANES], &rest.medium);
         rest.filter = Vec3::select(Mask::from_bits(same), rest.filter.mul(tint), rest.filter);
     }
-    let worth = rest.filter.abs().max_element().ge(S::Lane::lit(NO_LIGHT));
+    let worth = rest.filter.abs().max_element().ge(f32x8::lit(NO_LIGHT));
     let spent = !worth & Mask::from_bits(hits);
     rest.filter = Vec3::select(spent, Vec3::lit(0.0), rest.filter);
     hits & worth.bits()
@@ -163,7 +163,7 @@ fn owner_filter<S: Scalar, B: Scalar>(
     query: &Query<S::Lane>,
     found: &Surfaces<S::Lane>,
     focus: (f64, S::Lane),
-) -> Vec3<S::Lane> {
+) -> Vec3<f32x8> {
     if owner.blocks {
         return Vec3::lit(0.0);
     }
@@ -172,8 +172,8 @@ fn owner_filter<S: Scalar, B: Scalar>(
     let outside = if a == b && b == c {
         through(a)
     } else {
-        let (u, v) = (found.u, found.v);
-        through(a) * (S::Lane::lit(1.0) - u - v) + through(b) * u + through(c) * v
+        let (u, v): (f32x8, f32x8) = (found.u.cast(), found.v.cast());
+        through(a) * (f32x8::lit(1.0) - u - v) + through(b) * u + through(c) * v
     };
     match owner.interior_texture {
         None => outside,
@@ -190,7 +190,7 @@ fn texture_filter<S: Scalar, B: Scalar>(
     texture: u32,
     point: Vec3<S::Lane>,
     (caustics, cos): (f64, S::Lane),
-) -> Vec3<S::Lane> {
+) -> Vec3<f32x8> {
     let row = &scene.textures.textures[texture as usize];
     if row.opaque {
         return Vec3::lit(0.0);
@@ -201,7 +201,8 @@ fn texture_filter<S: Scalar, B: Scalar>(
         layer.paint(&scene.textures, &[texture; LANES], number, point, &mut colors);
         filter = filter.mul(colors.transmittance());
         if caustics != 0.0 {
-            filter = filter * (S::Lane::lit(1.0) + cos.pow_const(45.0 * caustics));
+            let focus: f32x8 = cos.pow_const(45.0 * caustics).cast();
+            filter = filter * (f32x8::lit(1.0) + focus);
         }
     }
     filter

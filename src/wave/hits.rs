@@ -6,7 +6,7 @@ use super::queue::{Carriers, Lines, put, put3};
 use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8};
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -24,11 +24,11 @@ pub struct Hit<L: Lane> {
     /// How far the ray has come.
     pub distance: L,
     /// See [`Carriers::throughput`]; times the texture's share.
-    pub throughput: Vec3<L>,
+    pub throughput: Vec3<f32x8>,
     /// See [`Carriers::weight`].
     pub weight: L,
     /// See [`Carriers::share`]; times the texture's share.
-    pub share: L,
+    pub share: f32x8,
     /// See [`Carriers::sink`].
     pub sink: [u32; LANES],
     /// See [`Carriers::level`].
@@ -378,13 +378,13 @@ impl<L: Lane> HitList<L> {
             open.put(to, hit, lane);
             open.texture[to] = texture;
             if share != 1.0 {
-                let share = L::lit(share);
                 let Hit { throughput, share: shown, weight, .. } = open;
                 let Vec3 { x, y, z } = throughput;
-                for scaled in [x, y, z, shown, weight] {
-                    let product = *scaled * share;
-                    put(scaled, to, &product, to);
+                for scaled in [x, y, z, shown] {
+                    scaled.lanes_mut()[to] *= share as f32;
                 }
+                let product = *weight * L::lit(share);
+                put(weight, to, &product, to);
             }
         }
         open.active = open.active << 1 | 1;

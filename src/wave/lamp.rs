@@ -9,7 +9,7 @@ use super::light_buffer::{Known, LightBuffer, Ways};
 use super::query::start_rounding;
 use crate::compile::Compiled;
 use crate::kernel::Rays;
-use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Rgb;
 use crate::texture::{Colors, LayerProgram};
 
@@ -21,12 +21,12 @@ pub struct Lamp<L: Lane> {
     dir: Vec3<L>,
     distance: L,
     /// What arrives if nothing is in the way.
-    light: Vec3<L>,
+    light: Vec3<f32x8>,
     /// Cosine between normal and light.
     cos: L,
-    /// Bright enough and before the surface, or behind it.
-    front: Mask<L>,
-    back: Mask<L>,
+    /// Lanes where it is bright enough and before the surface, or behind it.
+    front: u8,
+    back: u8,
     /// Lanes that nothing keeps its light from.
     free: u8,
     /// What its buffer has told of it.
@@ -41,7 +41,6 @@ impl<L: Lane> Lamp<L> {
         scene: &Compiled<S, B>,
         light: &LightProgram,
         hit: &Hit<L>,
-        active: Mask<L>,
         from_behind: bool,
         answered: &mut u64,
     ) -> bool {
@@ -62,15 +61,15 @@ impl<L: Lane> Lamp<L> {
         }
         let (dir, distance) = light.towards(hit.point);
         let cos = hit.normal.dot(dir);
-        let front = (cos.ge(L::lit(ALONG_SURFACE)) | Mask::from_bits(double)) & active;
-        if front.none() && !from_behind {
+        let front = (cos.ge(L::lit(ALONG_SURFACE)).bits() | double) & hit.active;
+        if front == 0 && !from_behind {
             return false;
         }
         self.light = light.at(hit.point, dir, distance);
-        let mut bright = self.light.abs().max_element().ge(L::lit(NO_LIGHT)) & active;
+        let mut bright = self.light.abs().max_element().ge(f32x8::lit(NO_LIGHT)).bits() & hit.active;
         self.free = if light.shadowless { !0 } else { 0 };
         if let Some(buffer) = &light.buffer {
-            let asked = (bright & front).bits();
+            let asked = bright & front;
             let known = &mut self.known;
             if early.is_none() {
                 look(buffer, asked, known);
@@ -82,13 +81,13 @@ impl<L: Lane> Lamp<L> {
                 buffer.ask(scene, &Ways { rays: &rays, limits, left: &hit.surface }, known);
             }
             *answered += u64::from((known.free | known.blocked).count_ones());
-            bright &= !Mask::from_bits(known.blocked);
+            bright &= !known.blocked;
             self.free = known.free;
         }
         self.shadowless = light.shadowless;
         (self.dir, self.distance, self.cos) = (dir, distance, cos);
         (self.front, self.back) = (bright & front, bright & !front);
-        bright.any()
+        bright != 0
     }
 }
 
@@ -100,29 +99,31 @@ const ALONG_SURFACE: f64 = 1e-10;
 pub fn direct_light<L: Lane>(
     lamp: &Lamp<L>,
     LayerProgram { finish, highlights, .. }: &LayerProgram,
-    colors: &Colors<L>,
+    colors: &Colors,
     hit: &Hit<L>,
     irid_wavelength: Rgb,
-) -> Vec3<L> {
-    let none = Vec3::lit(0.0);
-    let opacity = colors.opacity();
-    let &Lamp { dir, cos, front: lit, .. } = lamp;
-    let back = if finish.diffuse_back != 0.0 { lamp.back } else { Mask::none_set() };
-    if !(lit | back).any() {
-        return none;
+) -> Vec3<f32x8> {
+    let &Lamp { dir, cos, front, .. } = lamp;
+    let back = if finish.diffuse_back != 0.0 { lamp.back } else { 0 };
+    if front | back == 0 {
+        return Vec3::lit(0.0);
     }
 
-    let amount = lit.select(L::lit(finish.diffuse), back.keep(L::lit(finish.diffuse_back)));
+    let lit = Mask::<f32x8>::from_bits(front);
+    let mut amount = f32x8::lit(finish.diffuse);
+    if finish.diffuse_back != finish.diffuse {
+        amount = lit.select(amount, f32x8::lit(finish.diffuse_back));
+    }
     let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow_const(finish.brilliance) };
-    let mut sum = colors.rgb * (slope * amount * opacity);
+    let mut sum = colors.rgb * (slope.cast::<f32x8>() * amount * colors.opacity());
 
     if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
         let mut highlight = L::zero();
         if finish.phong > 0.0 {
             let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
             let c = mirrored.dot(dir);
-            let seen = c.gt(L::lit(highlights.least_phong)) & lit;
-            if seen.any() {
+            let seen = c.gt(L::lit(highlights.least_phong));
+            if seen.bits() & front != 0 {
                 highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));
             }
         }
@@ -130,13 +131,13 @@ pub fn direct_light<L: Lane>(
             let half = dir - hit.dir;
             let (along, square) = (half.dot(hit.normal), half.dot(half));
             let least = square * L::lit(highlights.least_specular * highlights.least_specular);
-            let seen = along.gt(L::zero()) & (along * along).gt(least) & lit;
-            if seen.any() {
+            let seen = along.gt(L::zero()) & (along * along).gt(least);
+            if seen.bits() & front != 0 {
                 let c = seen.keep(along / square.sqrt());
                 highlight += seen.keep(c.pow_const(1.0 / finish.roughness) * L::lit(finish.specular));
             }
         }
-        let highlight = lit.keep(highlight);
+        let highlight = lit.keep(highlight.cast());
         sum += match finish.metallic {
             0.0 => Vec3::new(highlight, highlight, highlight),
             metallic => metal(cos, colors, metallic) * highlight,
@@ -147,10 +148,9 @@ pub fn direct_light<L: Lane>(
         sum = sum.mul(interference(finish, path, irid_wavelength));
     }
     let sum = sum.mul(lamp.light);
-    Vec3::select(lit | back, sum, none).map(|c| {
-        // A NaN would spoil its pixel for good.
-        c.equal(c).keep(c)
-    })
+    let any = Mask::from_bits(front | back);
+    // A NaN would spoil its pixel for good.
+    sum.map(|c| (any & c.equal(c)).keep(c))
 }
 
 /// How near a light is as good as on a surface, in roundings of the coordinates involved: a few each for the point, the
@@ -164,28 +164,30 @@ fn before_light<L: Lane>(hit: &Hit<L>, distance: L) -> L {
     distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
 }
 
-/// Sends shadow rays for the light `sum` that could arrive from lamp `number`; returns what of it nothing is in the way of.
+/// Sends shadow rays for the light `sum` that could go to the eye from lamp `number`; returns what nothing is in the way of, as
+/// it arrives at the hits' sums.
 #[inline]
 pub fn queue_light<L: Lane>(
     lamp: &Lamp<L>,
-    sum: Vec3<L>,
+    sum: Vec3<f32x8>,
     number: usize,
     hit: &Hit<L>,
     emit: &mut Emit<L>,
-) -> Vec3<L> {
-    let lanes = sum.abs().max_element().gt(L::lit(NO_LIGHT)).bits() & hit.active;
+) -> Vec3<f32x8> {
+    let lanes = sum.abs().max_element().gt(f32x8::lit(NO_LIGHT)).bits() & hit.active;
     let free = Mask::from_bits(lanes & lamp.free);
     let lanes = lanes & !lamp.free;
+    let arriving = sum.mul(hit.throughput);
     if lanes != 0 {
         let queue = &mut emit.shadows[number];
         let feelers = queue.next();
         hit.leave(lamp.dir, &mut feelers.lines);
         feelers.t_max = before_light(hit, lamp.distance);
-        feelers.light = sum.mul(hit.throughput);
+        feelers.light = arriving;
         feelers.sink = hit.sink;
         feelers.medium = hit.medium;
         feelers.lanes = lanes;
         queue.push();
     }
-    sum.map(|c| free.keep(c))
+    arriving.map(|c| free.keep(c))
 }

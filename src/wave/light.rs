@@ -1,7 +1,7 @@
 //! Lights as eight points see them (manual section 3.4.4; formulas as measured on POV-Ray 3.7).
 
 use super::light_buffer::LightBuffer;
-use crate::lane::{Lane, Mask, Vec3};
+use crate::lane::{Lane, Mask, Vec3, f32x8};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
 
@@ -97,12 +97,12 @@ impl LightProgram {
 
     /// Its light at eight points, which have [`LightProgram::towards`], if nothing is in the way.
     #[inline]
-    pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Vec3<L> {
+    pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Vec3<f32x8> {
         let light = Vec3::splat(self.color);
         if self.kind == LightKind::Point && self.fade.is_none() {
             return light;
         }
-        light * self.strength(point, dir, distance)
+        light * self.strength(point, dir, distance).cast()
     }
 
     /// What the beam's shape and the distance leave of the light.
@@ -155,6 +155,6 @@ fn smooth_step<L: Lane>(low: f64, high: f64, x: L) -> L {
 }
 
 /// POV-Ray's weights for the brightness of a colour.
-pub fn grey<L: Lane>(c: Vec3<L>) -> L {
-    c.x * L::lit(0.297) + c.y * L::lit(0.589) + c.z * L::lit(0.114)
+pub fn grey(c: Vec3<f32x8>) -> f32x8 {
+    c.x * f32x8::lit(0.297) + c.y * f32x8::lit(0.589) + c.z * f32x8::lit(0.114)
 }

@@ -7,15 +7,15 @@ use super::hits::Hit;
 use super::light::grey;
 use super::medium::{Crossing, Media, fade_over};
 use crate::compile::Compiled;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8};
 use crate::scene::{Finish, Reflection, Rgb};
 use crate::texture::{Colors, Program};
 
 /// A mirror ray that a layer asks for.
 pub struct Mirror<'a, L> {
-    lanes: Mask<L>,
+    lanes: Mask<f32x8>,
     /// What comes back of what it sees.
-    pub factor: Vec3<L>,
+    pub factor: Vec3<f32x8>,
     weight: L,
     finish: &'a Reflection,
 }
@@ -64,26 +64,25 @@ impl<L: Lane> Crossings<L> {
 /// How much of what a mirror ray sees comes back, and the weight of that ray.
 pub fn reflect_share<'a, L: Lane>(
     finish: &'a Finish,
-    colors: &Colors<L>,
+    colors: &Colors,
     hit: &Hit<L>,
     crossings: &Crossings<L>,
-    transmitted: L,
-    live: Mask<L>,
+    transmitted: f32x8,
+    live: Mask<f32x8>,
 ) -> Mirror<'a, L> {
     let reflection = &finish.reflection;
     let (min, max) = (Vec3::splat(reflection.min), Vec3::splat(reflection.max));
     let one = L::lit(1.0);
-    let weight = hit.weight * transmitted;
-    let between = |share: L| max * share + min * (one - share);
+    let weight = hit.weight * transmitted.cast();
+    let between = |share: f32x8| max * share + min * (f32x8::lit(1.0) - share);
     let (mut factor, weight) = if reflection.fresnel {
-        let f = fresnel(hit.cos, crossings.fresnel_ior);
-        let factor = between(f);
-        (factor, weight * factor.max_element())
+        let factor = between(fresnel(hit.cos, crossings.fresnel_ior).cast());
+        (factor, weight * factor.max_element().cast())
     } else {
         let share = (one - hit.cos).max(L::zero());
         let share = if reflection.falloff == 1.0 { share } else { share.pow_const(reflection.falloff) };
         let most = reflection.max.max_element().max(reflection.min.max_element());
-        (between(share), weight * L::lit(most))
+        (between(share.cast()), weight * L::lit(most))
     };
     if reflection.metallic != 0.0 {
         factor = factor.mul(metal(hit.cos, colors, reflection.metallic));
@@ -99,33 +98,32 @@ const UNBENT: f64 = 1e-10;
 pub fn transmit<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
-    active: Mask<S::Lane>,
     top: Option<&Finish>,
     crossings: &Crossings<S::Lane>,
-    (filter, transmitted): (Vec3<S::Lane>, S::Lane),
+    (filter, transmitted): (Vec3<f32x8>, f32x8),
     emit: &mut Emit<S::Lane>,
-) -> Mask<S::Lane> {
+) -> u8 {
     let zero = S::Lane::zero();
     let one = S::Lane::lit(1.0);
-    let through = transmitted.gt(S::Lane::lit(scene.globals.adc_bailout)) & active;
-    if through.none() {
-        return Mask::none_set();
+    let adc_bailout = scene.globals.adc_bailout;
+    let through = transmitted.gt(f32x8::lit(adc_bailout)).bits() & hit.active;
+    if through == 0 {
+        return 0;
     }
-    let weight = hit.weight * filter.abs().max_element();
-    let deep = depth_left(scene, hit);
-    let seen = through & deep & weight.ge(S::Lane::lit(scene.globals.adc_bailout));
+    let weight = hit.weight * filter.abs().max_element().cast();
+    let seen = through & depth_left(scene, hit) & weight.ge(S::Lane::lit(adc_bailout)).bits();
 
     let fade = fade_along(scene, hit, crossings);
     let eta = crossings.eta;
     let straight = (eta - one).abs().lt(S::Lane::lit(UNBENT));
     let k = one + eta * eta * (hit.cos * hit.cos - one);
-    let back = through & !straight & k.lt(zero);
+    let back = (!straight & k.lt(zero)).bits() & through;
     let bent = hit.dir * eta + hit.normal * (eta * hit.cos - k.max(zero).sqrt());
     let dir = Vec3::select(straight, hit.dir, bent.normalize());
 
     let level = |same: u8| -> [u16; LANES] { each_lane(|k| hit.level[k] + u16::from(same >> k & 1 == 0)) };
     let inner = hit.throughput.mul(fade);
-    let lanes = (seen & !back).bits();
+    let lanes = seen & !back;
     if lanes != 0 {
         let bent = emit.refracted.next();
         hit.leave(dir, &mut bent.lines);
@@ -138,7 +136,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
         bent.lanes = lanes;
         emit.refracted.push();
     }
-    let lanes = (seen & back).bits();
+    let lanes = seen & back;
     if lanes != 0 {
         let mirrored = emit.reflected.next();
         hit.leave((hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize(), &mut mirrored.lines);
@@ -150,7 +148,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
             _ => inner,
         };
         mirrored.weight = weight;
-        mirrored.share = zero;
+        mirrored.share = f32x8::zero();
         mirrored.sink = hit.sink;
         mirrored.level = level(0);
         mirrored.medium = hit.medium;
@@ -161,16 +159,16 @@ pub fn transmit<S: Scalar, B: Scalar>(
 }
 
 /// Lanes whose next ray may still be traced.
-fn depth_left<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, hit: &Hit<S::Lane>) -> Mask<S::Lane> {
+fn depth_left<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, hit: &Hit<S::Lane>) -> u8 {
     let may = |level: u16| u32::from(level) < scene.globals.max_trace_level;
     if hit.level == [hit.level[0]; LANES] {
-        return if may(hit.level[0]) { Mask::all_set() } else { Mask::none_set() };
+        return if may(hit.level[0]) { !0 } else { 0 };
     }
     let mut bits = 0;
     for (k, &level) in hit.level.iter().enumerate() {
         bits |= u8::from(may(level)) << k;
     }
-    Mask::from_bits(bits)
+    bits
 }
 
 /// What the interior that is left has taken of the light on the way through it.
@@ -178,7 +176,7 @@ fn fade_along<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
     crossings: &Crossings<S::Lane>,
-) -> Vec3<S::Lane> {
+) -> Vec3<f32x8> {
     if !scene.fades {
         return Vec3::lit(1.0);
     }
@@ -197,12 +195,12 @@ pub fn reflect<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
     mirror: &Mirror<S::Lane>,
-    inside_out: Mask<S::Lane>,
+    inside_out: u8,
     emit: &mut Emit<S::Lane>,
 ) {
-    let some = mirror.factor.abs().max_element().gt(S::Lane::zero());
-    let heavy = mirror.weight.ge(S::Lane::lit(scene.globals.adc_bailout));
-    let lanes = (mirror.lanes & some & heavy & depth_left(scene, hit) & !inside_out).bits();
+    let some = (mirror.lanes & mirror.factor.abs().max_element().gt(f32x8::zero())).bits();
+    let heavy = mirror.weight.ge(S::Lane::lit(scene.globals.adc_bailout)).bits();
+    let lanes = some & heavy & depth_left(scene, hit) & !inside_out;
     if lanes == 0 {
         return;
     }
@@ -211,7 +209,7 @@ pub fn reflect<S: Scalar, B: Scalar>(
     hit.leave(dir, &mut mirrored.lines);
     mirrored.throughput = hit.throughput.mul(mirror.factor);
     mirrored.weight = mirror.weight;
-    mirrored.share = S::Lane::zero();
+    mirrored.share = f32x8::zero();
     mirrored.sink = hit.sink;
     mirrored.level = each_lane(|k| hit.level[k] + 1);
     mirrored.medium = hit.medium;

@@ -6,7 +6,7 @@
 
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Vec3};
+use crate::lane::{LANES, Lane, Vec3, f32x8};
 
 /// A packet with this many rays of one octant is not taken apart.
 const KEPT_WHOLE: u32 = 7;
@@ -72,17 +72,18 @@ pub fn put3<L: Lane>(v: &mut Vec3<L>, to: usize, other: &Vec3<L>, from: usize) {
     put(&mut v.z, to, &other.z, from);
 }
 
-/// Rays that carry light to a sum: camera, reflected or refracted ones.
+/// Rays that carry light to a sum: camera, reflected or refracted ones. (Light is in single precision whatever rays are
+/// traced in, as POV-Ray's is and as a film keeps it.)
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Carriers<L: Lane> {
     /// Where they go.
     pub lines: Lines<L>,
     /// What the light they bring is multiplied by.
-    pub throughput: Vec3<L>,
+    pub throughput: Vec3<f32x8>,
     /// POV-Ray's weight, held against `adc_bailout`.
     pub weight: L,
     /// Share of the pixel's transmit they would add if they hit nothing.
-    pub share: L,
+    pub share: f32x8,
     /// Which sum they add to.
     pub sink: [u32; LANES],
     /// Rays traced so far on the way from the eye, this one included.
@@ -123,7 +124,7 @@ pub struct Feelers<L: Lane> {
     /// Distance to the light.
     pub t_max: L,
     /// Light that reaches the sum if nothing is in the way.
-    pub light: Vec3<L>,
+    pub light: Vec3<f32x8>,
     /// Which sum.
     pub sink: [u32; LANES],
     /// What they start in.

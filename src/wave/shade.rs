@@ -7,16 +7,16 @@ use super::lamp::{Lamp, direct_light, queue_light};
 use super::light::{LightProgram, grey};
 use super::onward::{Crossings, reflect, reflect_share, transmit};
 use crate::compile::Compiled;
-use crate::lane::{Lane, Mask, Scalar, Vec3};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::texture::{Colors, LayerProgram};
 
 /// A layer under others, as light meets it.
-struct LitLayer<'a, L> {
+struct LitLayer<'a> {
     layer: &'a LayerProgram,
-    colors: Colors<L>,
+    colors: Colors,
     /// What the layers above let through, and where anything is left of it.
-    filter: Vec3<L>,
-    live: Mask<L>,
+    filter: Vec3<f32x8>,
+    live: Mask<f32x8>,
 }
 
 /// Shades `hit`, whose textures all have the program number `program`.
@@ -30,13 +30,14 @@ pub fn shade<S: Scalar, B: Scalar>(
     emit.counts.shaded += 1;
     emit.counts.hits += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
-    let active = Mask::<S::Lane>::from_bits(hit.active);
+    let active = Mask::<f32x8>::from_bits(hit.active);
     let crossings = Crossings::of(scene, program, hit, emit.media);
-    let adc = S::Lane::lit(scene.globals.adc_bailout);
-    let one = S::Lane::lit(1.0);
+    let adc = f32x8::lit(scene.globals.adc_bailout);
+    let one = f32x8::lit(1.0);
 
     let mut live = active;
-    let mut local = Vec3::lit(0.0);
+    // In double precision, or it would matter whether a lamp's light is added here or when its shadow rays are through.
+    let mut local = Vec3::<f64x8>::lit(0.0);
     let mut filter = Vec3::lit(1.0);
     let mut transmitted = one;
     // Most textures have one layer, which nothing lies over.
@@ -53,7 +54,7 @@ pub fn shade<S: Scalar, B: Scalar>(
         layer.paint(&scene.textures, &hit.texture, number, hit.point, colors);
         let own = Vec3::splat(finish.ambient * scene.globals.ambient_light + finish.emission);
         let lit = (colors.rgb.mul(own) * colors.opacity()).mul(filter);
-        local += Vec3::select(live, lit, Vec3::lit(0.0));
+        local += Vec3::select(live, lit.mul(hit.throughput), Vec3::lit(0.0)).cast();
         if answers_light(finish) && number == 0 {
             top_lit = true;
         } else if answers_light(finish) {
@@ -71,7 +72,7 @@ pub fn shade<S: Scalar, B: Scalar>(
                 // The film is on what is seen, which the exponent then bends.
                 if finish.reflection.exponent != 1.0 {
                     let power = 1.0 / finish.reflection.exponent;
-                    film = film.map(|f| f.max(S::Lane::zero()).pow_const(power));
+                    film = film.map(|f| f.max(f32x8::zero()).pow_const(power));
                 }
                 mirror.factor = mirror.factor.mul(film);
             }
@@ -92,7 +93,7 @@ pub fn shade<S: Scalar, B: Scalar>(
         let mut lamp = Lamp::default();
         for (number, light) in lights.iter().enumerate() {
             let answered = &mut emit.counts.answered;
-            if !lamp.shine(scene, light, hit, active, from_behind, answered) {
+            if !lamp.shine(scene, light, hit, from_behind, answered) {
                 continue;
             }
             let mut sum = Vec3::lit(0.0);
@@ -103,12 +104,12 @@ pub fn shade<S: Scalar, B: Scalar>(
                 let part = direct_light(&lamp, layer, colors, hit, irid_wavelength);
                 sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
             }
-            local += queue_light(&lamp, sum, number, hit, emit);
+            local += queue_light(&lamp, sum, number, hit, emit).cast();
         }
     }
-    emit.sums.add(&hit.sink, local.mul(hit.throughput), hit.active);
+    emit.sums.add(&hit.sink, local, hit.active);
     let top = top.map(|layer| &layer.finish);
-    let inside_out = transmit(scene, hit, active, top, &crossings, (filter, transmitted), emit);
+    let inside_out = transmit(scene, hit, top, &crossings, (filter, transmitted), emit);
     for mirror in mirrors.iter() {
         reflect(scene, hit, mirror, inside_out, emit);
     }

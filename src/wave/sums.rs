@@ -1,7 +1,7 @@
 //! Light summed up for the pixels of a tile, in double precision and in one fixed order.
 
 use crate::film::Pixel;
-use crate::lane::{LANES, Lane, Mask, Vec3, each_lane, f64x8};
+use crate::lane::{LANES, Lane, Mask, Vec3, each_lane, f32x8, f64x8};
 use crate::scene::Rgb;
 
 /// A sum for each pixel of the tile, and after them sums that are bent by a power before they count.
@@ -52,7 +52,7 @@ impl Sums {
     }
 
     /// Rays missed everything: `share` of each pixel shows through. (Sums that are not pixels have no such share.)
-    pub fn add_transmit<L: Lane>(&mut self, sink: &[u32; LANES], share: L, lanes: u8) {
+    pub fn add_transmit(&mut self, sink: &[u32; LANES], share: f32x8, lanes: u8) {
         let share = share.to_f64s().to_array();
         for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
             if let Some(transmit) = self.transmit.get_mut(sink[k] as usize) {
@@ -62,10 +62,10 @@ impl Sums {
     }
 
     /// New sums whose `exponent`th power, times `factor`, will go to `sink`.
-    pub fn defer<L: Lane>(
+    pub fn defer(
         &mut self,
         sink: &[u32; LANES],
-        factor: Vec3<L>,
+        factor: Vec3<f32x8>,
         exponent: f64,
         lanes: u8,
     ) -> [u32; LANES] {

@@ -14,7 +14,7 @@ use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
 use crate::compile::class;
 use crate::film::{PacketCounts, Pixel, RayCounts};
-use crate::lane::{Lane, Scalar, Vec3};
+use crate::lane::{Lane, Scalar, Vec3, f32x8};
 
 /// Packets that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
 /// the end in batches of this size, so that waiting rays stay few however deep the recursion goes.
@@ -160,7 +160,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 if missed != 0 {
                     sums.add(&rays.sink, background.mul(rays.throughput), missed);
                     if scene.background.transmit != 0.0 {
-                        let share = rays.share * S::Lane::lit(scene.background.transmit);
+                        let share = rays.share * f32x8::lit(scene.background.transmit);
                         sums.add_transmit(&rays.sink, share, missed);
                     }
                 }
