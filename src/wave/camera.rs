@@ -17,6 +17,8 @@ pub struct PixelOrder {
     size: (usize, usize),
     /// Column and row of each pixel.
     pixels: Vec<[u32; 2]>,
+    /// Its place in the tile, row by row.
+    places: Vec<u32>,
 }
 
 impl PixelOrder {
@@ -37,11 +39,13 @@ impl PixelOrder {
                 }
             }
         }
+        self.places.clear();
+        self.places.extend(self.pixels.iter().map(|&[x, y]| y * width as u32 + x));
     }
 
     /// The pixels' places in the tile, row by row.
-    pub fn places(&self) -> impl Iterator<Item = usize> {
-        self.pixels.iter().map(|&[x, y]| y as usize * self.size.0 + x as usize)
+    pub fn places(&self) -> &[u32] {
+        &self.places
     }
 }
 

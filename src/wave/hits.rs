@@ -236,23 +236,26 @@ impl Looks {
     ) -> Self {
         let surfaces = query.met(hits);
         let owner = each_number(&surfaces, |surface| scene.owner[surface as usize]);
+        let first = &scene.owners[owner[0] as usize];
         let mut looks = Self {
             owner,
-            interior: [0; LANES],
-            texture: [0; LANES],
+            interior: [first.interior; LANES],
+            texture: [first.textures[0]; LANES],
             double_illuminate: 0,
             cuts: 0,
             blends: 0,
         };
         let mut waiting = !0u8;
-        // Mostly all lanes at once.
         while waiting != 0 {
             let first = owner[waiting.trailing_zeros() as usize & (LANES - 1)];
             let same = equal_lanes(&owner, first);
             waiting &= !same;
             let owner = &scene.owners[first as usize];
-            looks.interior = choose(same, &[owner.interior; LANES], &looks.interior);
-            looks.texture = choose(same, &[owner.textures[0]; LANES], &looks.texture);
+            // Mostly all lanes have the first one's.
+            if same != !0 {
+                looks.interior = choose(same, &[owner.interior; LANES], &looks.interior);
+                looks.texture = choose(same, &[owner.textures[0]; LANES], &looks.texture);
+            }
             let all = |yes: bool| if yes { same } else { 0 };
             looks.double_illuminate |= all(owner.double_illuminate);
             let mut inside = 0;

@@ -12,6 +12,8 @@ pub struct Media {
     lists: Vec<SmallVec<[u32; 4]>>,
     numbers: FxHashMap<SmallVec<[u32; 4]>, u32>,
     crossings: FxHashMap<(u32, u32), Crossing>,
+    /// What was asked for last: mostly it is asked for again.
+    last: Option<((u32, u32), Crossing)>,
 }
 
 /// What happens to a ray's list at a surface.
@@ -58,9 +60,20 @@ impl Media {
     /// Entering pushes. Leaving what was entered last pops. Leaving something else takes it out of the list and
     /// bends nothing: the ray stays in what it entered last.
     pub fn cross(&mut self, list: u32, interior: u32, interiors: &[Interior]) -> Crossing {
-        if let Some(&crossing) = self.crossings.get(&(list, interior)) {
+        if let Some((asked, crossing)) = self.last
+            && asked == (list, interior)
+        {
             return crossing;
         }
+        let crossing = match self.crossings.get(&(list, interior)) {
+            Some(&crossing) => crossing,
+            None => self.new_crossing(list, interior, interiors),
+        };
+        self.last = Some(((list, interior), crossing));
+        crossing
+    }
+
+    fn new_crossing(&mut self, list: u32, interior: u32, interiors: &[Interior]) -> Crossing {
         let ior = |i: u32| interiors[i as usize].ior;
         let own = ior(interior);
         let mut entered = self.lists.get(list as usize).cloned().unwrap_or_default();

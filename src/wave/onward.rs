@@ -95,6 +95,7 @@ const UNBENT: f64 = 1e-10;
 
 /// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
 /// of the last kind, which the film of the `top` layer tints.
+#[inline(never)] // Inlined, it takes the registers of shading.
 pub fn transmit<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
@@ -191,6 +192,7 @@ fn fade_along<S: Scalar, B: Scalar>(
 }
 
 /// Sends mirror rays.
+#[inline(never)] // See [`transmit`].
 pub fn reflect<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,

@@ -201,10 +201,12 @@ impl<P: Packet> Queue<P> {
             return;
         }
         self.rays += u64::from(lanes.count_ones());
-        let signs = packet.signs();
+        // To a queue that mixes octants all are one.
+        let signs = if self.mixed { [0; 3] } else { packet.signs() };
         let one_octant = self.mixed || signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
         if one_octant && lanes.count_ones() >= KEPT_WHOLE {
-            self.octants.push(octant_of(signs, lanes.trailing_zeros()));
+            let octant = if self.mixed { 0 } else { octant_of(signs, lanes.trailing_zeros()) };
+            self.octants.push(octant);
             self.ready += 1;
         } else {
             self.take_apart(lanes, signs);
@@ -222,6 +224,7 @@ impl<P: Packet> Queue<P> {
         }
     }
 
+    #[inline(never)]
     fn take_apart(&mut self, mut lanes: u8, signs: [u8; 3]) {
         while lanes != 0 {
             let from = lanes.trailing_zeros() as usize;

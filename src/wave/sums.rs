@@ -34,6 +34,9 @@ impl Sums {
     /// Adds light in the lanes whose bit is set.
     #[inline]
     pub fn add<L: Lane>(&mut self, sink: &[u32; LANES], light: Vec3<L>, lanes: u8) {
+        if lanes == 0 {
+            return;
+        }
         let first = sink[0];
         let in_order = each_lane(|k| first.wrapping_add(k as u32)) == *sink;
         let mask = Mask::<f64x8>::from_bits(lanes);
@@ -93,9 +96,10 @@ impl Sums {
             }
         }
         let [r, g, b] = &self.rgb;
-        (0..pixels).map(|k| Pixel {
-            rgb: [r[k] as f32, g[k] as f32, b[k] as f32],
-            transmit: self.transmit[k] as f32,
+        let sums = r.iter().zip(g).zip(b).zip(&self.transmit);
+        sums.map(|(((&r, &g), &b), &transmit)| Pixel {
+            rgb: [r as f32, g as f32, b as f32],
+            transmit: transmit as f32,
         })
     }
 }

@@ -120,8 +120,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         // From the order of the rays to rows.
         pixels.clear();
         pixels.resize(area.width * area.height, Pixel::default());
-        for (pixel, place) in self.sums.pixels().zip(self.order.places()) {
-            pixels[place] = pixel;
+        for (pixel, &place) in self.sums.pixels().zip(self.order.places()) {
+            pixels[place as usize] = pixel;
         }
         let reflect = self.reflected.take_count();
         let refract = self.refracted.iter_mut().map(Queue::take_count).sum();
