@@ -1,6 +1,7 @@
 //! Bounds of a torus in single precision: whether rays surely miss it, or leave it for good.
 
 use super::Rays;
+use super::quartic::stays_above_ahead;
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Transform;
 use glam::DMat3;
@@ -32,6 +33,11 @@ const ROUNDINGS: f64 = 64.0 * f32::UNIT_ROUNDOFF;
 /// double precision: several times what [`STRETCH`] makes of roundings.
 const LEAVING: f64 = 1.0 / 8192.0;
 
+/// Rays through the hole are told only where they start this far from the axis, leave by more than this, and keep the cubic of what is
+/// ahead above this. Places and unit directions are off by `e = 5e-5` at most (see [`STRETCH`]), which makes `2 e / radius`
+/// of the slope, and up to `400 e` of the cubic where it has its least: distances and coordinates are about 1, and that is at 3 or before.
+const HOLE: [f64; 3] = [0.25, 1.0 / 1024.0, 1.0 / 32.0];
+
 /// See [`ROUNDINGS`].
 const ROOM: f64 = 1.0 / 512.0;
 
@@ -59,15 +65,32 @@ impl Coin {
         Rays { origin: origin.fused_under(&rows), dir: dir.fused_under(&rows) }
     }
 
-    /// Lanes that leave the outer half, which is on the convex hull: they do not come back.
+    /// Lanes of `on`, which start on it, that leave it for good: from the outer half, which is on the convex hull, or through the
+    /// hole and past all of the tube. `above` is what the tube's cubic must stay above in double precision.
     #[inline(always)]
-    pub(super) fn leaves(&self, own: &Rays<f32x8>) -> Mask<f32x8> {
+    pub(super) fn leaves(&self, own: &Rays<f32x8>, on: u8, above: f64) -> u8 {
         let Rays { origin: o, dir: d } = *own;
         let radius = o.x.fused(o.x, o.y * o.y).sqrt();
-        let off = radius - f32x8::splat(self.major);
-        let slope = off * o.x.fused(d.x, o.y * d.y) / radius + o.z * d.z;
+        let (off, length) = (radius - f32x8::splat(self.major), d.fused_dot(d).sqrt());
+        let sideways = o.x.fused(d.x, o.y * d.y);
+        let slope = off * sideways / radius + o.z * d.z;
         let room = f32x8::lit(LEAVING);
-        off.gt(room) & slope.gt(d.fused_dot(d).sqrt() * room)
+        let outer = (off.gt(room) & slope.gt(length * room)).bits() & on;
+        if outer == on {
+            return outer;
+        }
+        // As [`super::torus`] has the cubic that remains of the quartic at a start.
+        let [farther, steeper, higher] = HOLE;
+        let inv = f32x8::lit(1.0) / length;
+        let four_rr = f32x8::splat(self.major * self.major * 4.0);
+        let (b, across) = (o.fused_dot(d) * inv, d.x.fused(d.x, d.y * d.y) * inv * inv);
+        let (b4, k) = (b * f32x8::lit(4.0), o.fused_dot(o) + f32x8::splat(self.major - self.minor));
+        let c = b.fused(b4, k + k) - four_rr * across;
+        let d = b4 * k - (four_rr + four_rr) * sideways * inv;
+        let hole = radius.gt(f32x8::lit(farther))
+            & slope.gt(length * f32x8::lit(steeper))
+            & stays_above_ahead(b4, c, d, f32x8::lit(above + higher));
+        outer | hole.bits() & on
     }
 
     /// Lanes that may meet it, between two distances.

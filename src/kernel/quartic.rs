@@ -103,9 +103,10 @@ pub(super) fn stays_above(p: f64x8, q: f64x8, c: f64x8, room: f64x8) -> Mask<f64
 }
 
 /// Lanes in which `s^3 + b s^2 + c s + d` is above `room` for every `s` from 0 on: there and where it has its least.
-pub(super) fn stays_above_ahead(b: f64x8, c: f64x8, d: f64x8, room: f64x8) -> Mask<f64x8> {
-    let least = ((b * b - c * f64x8::lit(3.0)).sqrt() - b) * f64x8::lit(1.0 / 3.0); // NaN: it rises all along.
-    let s = least.gt(f64x8::zero()).keep(least);
+#[inline(always)]
+pub(super) fn stays_above_ahead<L: Lane>(b: L, c: L, d: L, room: L) -> Mask<L> {
+    let least = ((b * b - c * L::lit(3.0)).sqrt() - b) * L::lit(1.0 / 3.0); // NaN: it rises all along.
+    let s = least.gt(L::zero()).keep(least);
     d.gt(room) & (((s + b) * s + c) * s + d).gt(room)
 }
 

@@ -240,6 +240,40 @@ fn leaving_rays_forget_the_surface_in_f32() {
     leave::<f32>();
 }
 
+/// Tori, many starts: what is said to be left behind is not met again. Rays leave the inner half too, through the hole.
+#[test]
+fn tori_left_behind_are_not_met_again() {
+    let turn = Transform::rotate(DVec3::new(0.3, -0.7, 1.1));
+    let stretched = Transform::scale(DVec3::new(1.0, 3.0, 0.1)).then(&turn);
+    let rng = &mut Rng(13);
+    for place in places().into_iter().chain([stretched]) {
+        for minor in [0.02, 0.1, 0.2, 0.35, 0.5] {
+            let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+            let swap = Transform::from_affine(DAffine3::from_mat3(swap)).unwrap();
+            let mut tori = Tori::<f64>::default();
+            tori.push(&swap.then(&place), 1.0 - minor, minor);
+            let (mut starts, mut told) = (0, 0);
+            while starts < 20_000 {
+                let Start { rays, left, .. } = start(&tori, &place, rng);
+                let gone = tori.left_behind(0, &rays, &left);
+                let roots = tori.roots(0, &rays, Some(&left));
+                starts += left.on.bits().count_ones();
+                for k in (0..LANES).filter(|k| gone >> k & 1 == 1) {
+                    let found = lane_roots(roots.as_ref(), k);
+                    assert!(
+                        found.iter().all(|t| *t <= 0.0),
+                        "torus {minor}: {found:?} of what is left behind"
+                    );
+                    let own = place.inverse.transform_point3(rays.origin.lane(k));
+                    told += u32::from(own.truncate().length() < 1.0 - minor);
+                }
+            }
+            // Of those on the inner half, which is near to half of all, some start inward and some meet the far side.
+            assert!(minor > 0.2 || told * 30 > starts, "torus {minor}: {told} of {starts} through the hole");
+        }
+    }
+}
+
 /// A start that no hit of ours made: all lanes inactive leaves the crossings as they are.
 #[test]
 fn lanes_that_start_elsewhere_are_untouched() {
