@@ -3,7 +3,7 @@
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
-use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, first_beyond, gather, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -102,7 +102,7 @@ impl Wanted {
 }
 
 impl Ring {
-    /// Crossings, sorted, NaN last; `t` in units of `own.dir`. `wanted` by `t`.
+    /// Crossings, NaN for none; `t` in units of `own.dir`. `wanted` by `t`.
     #[inline(always)]
     fn crossings(&self, own: &Rays<f64x8>, wanted: &Wanted) -> [f64x8; 4] {
         let none = f64x8::lit(f64::NAN);
@@ -157,7 +157,7 @@ impl Ring {
         let [l0, l1] = self.place(line, low, wanted);
         let settled = wanted.settled_by(l0);
         let [h0, h1] = self.place(line, high, &Wanted { lanes: wanted.lanes & !settled, ..*wanted });
-        sorted([l0, l1, h0, h1])
+        [l0, l1, h0, h1]
     }
 
     /// Crossings of lanes that start on the torus: `t = 0`, and the roots of what remains of the quartic after
@@ -202,7 +202,7 @@ impl Ring {
         pair.square = tangent.select(touching.square, pair.square);
         // Any of the three may be the first.
         let [low, high] = self.place(&line, pair, &Wanted { first: false, ..*wanted });
-        sorted([f64x8::zero(), single * inv, low * inv, high * inv])
+        [f64x8::zero(), single * inv, low * inv, high * inv]
     }
 
     /// The tube at `s` along a line. On the inner sheet of a spindle torus it is the tube of the ring's far side.
@@ -229,11 +229,16 @@ impl Ring {
     #[inline(always)]
     fn place(&self, line: &Line, pair: Pair, wanted: &Wanted) -> [f64x8; 2] {
         let (zero, none) = (f64x8::zero(), f64x8::lit(f64::NAN));
+        if wanted.lanes.none() {
+            return [none; 2];
+        }
         let Pair { mut middle, mut square } = pair;
-        let near = wanted.lanes & square.abs().le(f64x8::lit(NEAR)) & {
+        let mut near = wanted.lanes & square.abs().le(f64x8::lit(NEAR));
+        if near.any() {
             let widest = f64x8::lit(NEAR).sqrt();
-            wanted.about(wanted.to.min(middle + widest)) & wanted.about(wanted.from.max(middle - widest))
-        };
+            near &=
+                wanted.about(wanted.to.min(middle + widest)) & wanted.about(wanted.from.max(middle - widest));
+        }
         if near.any() {
             let refined = self.extremum(line, middle, near);
             middle = refined.1.select(refined.0.middle, middle);
@@ -288,6 +293,9 @@ impl Ring {
         let mut s = start;
         let mut moving = active;
         for _ in 0..STEPS {
+            if moving.none() {
+                break;
+            }
             let tube = self.tube(line, s);
             let step = tube.value / tube.slope;
             // NaN, of a tangent met to the bit, stays: there is nowhere to go.
@@ -295,12 +303,18 @@ impl Ring {
             let sound = step.equal(step);
             s = (moving & sound).select(s - step, s);
             moving &= step.abs().gt(f64x8::lit(SETTLED));
-            if moving.none() {
-                break;
-            }
         }
         s
     }
+}
+
+/// The least of crossings in any order that lies beyond `from`, NaN where none does.
+#[inline(always)]
+fn least_beyond<L: Lane>(roots: &[L; 4], from: L) -> L {
+    let none = L::lit(f64::NAN);
+    // NaN loses to what it is compared with.
+    let least = roots.iter().fold(none, |least, &t| t.gt(from).select(least.min(t), least));
+    least.lt(L::lit(f64::INFINITY)).select(least, none)
 }
 
 /// Rising, NaN last.
@@ -337,26 +351,35 @@ impl<S: Scalar> Tori<S> {
         Ring { major: f64x8::splat(self.major[i].to_f64()), minor: f64x8::splat(self.minor[i].to_f64()) }
     }
 
-    /// Crossings in f64, with the rays of own space. `wanted` by `t`.
+    /// Lanes that want crossings, do not start here, and may meet the torus.
     #[inline(always)]
-    fn crossings(
+    fn approached_by(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
         wanted: &Wanted,
+    ) -> Mask<f64x8> {
+        let others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
+        let coin = &self.coins[i];
+        // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
+        if !coin.sound || (left.is_some() && others.none()) {
+            return others;
+        }
+        let (from, to) = (f32x8::from_f64s(wanted.from), f32x8::from_f64s(wanted.to));
+        others & coin.may_meet(&coin.own(rays, self.frames.center(i)), from, to).cast()
+    }
+
+    /// Crossings in f64 of the rays of own space, NaN for none: of lanes that start here, and of `others`. `wanted` by `t`.
+    #[inline(always)]
+    fn crossings(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        (left, others): (Option<&Left<S::Lane>>, Mask<f64x8>),
+        wanted: &Wanted,
     ) -> ([f64x8; 4], Rays<f64x8>) {
         let frame = self.frames.at(i);
-        // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
-        let mut others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
-        let coin = &self.coins[i];
-        if coin.sound {
-            let (from, to) = (f32x8::from_f64s(wanted.from), f32x8::from_f64s(wanted.to));
-            others &= coin.may_meet(&coin.own(rays, frame.center), from, to).cast();
-        }
-        if left.is_none() && others.none() {
-            return ([f64x8::lit(f64::NAN); 4], Rays::default());
-        }
         let own = frame.in_f64().rays(&rays.in_f64());
         let ring = self.ring(i);
         let mut roots = match others.any() {
@@ -377,6 +400,23 @@ impl<S: Scalar> Tori<S> {
         }
         (roots, own)
     }
+
+    /// All crossings, sorted, NaN last.
+    #[inline(always)]
+    fn all_crossings(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> ([f64x8; 4], Rays<f64x8>) {
+        let wanted = Wanted::all();
+        let others = self.approached_by(i, rays, left, &wanted);
+        if left.is_none() && others.none() {
+            return ([f64x8::lit(f64::NAN); 4], Rays::default());
+        }
+        let (roots, own) = self.crossings(i, rays, (left, others), &wanted);
+        (sorted(roots), own)
+    }
 }
 
 impl<S: Scalar> Block<S> for Tori<S> {
@@ -390,7 +430,7 @@ impl<S: Scalar> Block<S> for Tori<S> {
     /// Bounded by sphere and slab, then Ferrari at the closest point to the middle and Newton on the tube.
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        self.crossings(i, rays, left, &Wanted::all()).0.map(S::Lane::from_f64s)
+        self.all_crossings(i, rays, left).0.map(S::Lane::from_f64s)
     }
 
     #[inline]
@@ -404,8 +444,12 @@ impl<S: Scalar> Block<S> for Tori<S> {
     ) -> S::Lane {
         let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
         let wanted = Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true };
-        let roots = self.crossings(i, rays, left, &wanted).0.map(S::Lane::from_f64s);
-        first_beyond(&roots, looking.from)
+        let others = self.approached_by(i, rays, left, &wanted);
+        if left.is_none() && others.none() {
+            return S::Lane::lit(f64::NAN);
+        }
+        let (roots, _) = self.crossings(i, rays, (left, others), &wanted);
+        least_beyond(&roots.map(S::Lane::from_f64s), looking.from)
     }
 
     /// Rays that leave its outer half or pass through the hole, in double precision only: in single that is a matter of roundings.
@@ -421,7 +465,7 @@ impl<S: Scalar> Block<S> for Tori<S> {
     /// Without the inner sheet of a spindle torus.
     #[inline]
     fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        let ([a, b, c, d], own) = self.crossings(i, rays, left, &Wanted::all());
+        let ([a, b, c, d], own) = self.all_crossings(i, rays, left);
         let none = f64x8::lit(f64::NAN);
         // Between the second and third crossing lies the lens of the overlap, or a dimple outside: one question for
         // both, so that they stay a pair.
