@@ -8,7 +8,7 @@
 
 use super::frame::{Frames, narrowed, widened};
 use super::univariate::{Step, Univariate, steps};
-use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
 use smallvec::SmallVec;
@@ -64,11 +64,33 @@ struct Ray<const N: usize> {
     base: f64x8,
     /// Length of one unit of `t` in own space, inverted.
     inv: f64x8,
-    /// No root lies farther from 0.
-    reach: f64x8,
     /// The size of the coordinates at 0.
     grain: f64x8,
-    sound: Mask<f64x8>,
+}
+
+impl<const N: usize> Ray<N> {
+    /// No root lies farther from 0 than this; and the lanes in which that, and all else, is sound.
+    #[inline(always)]
+    fn reach(&self) -> (f64x8, Mask<f64x8>) {
+        let Self { along, base, .. } = self;
+        // Cauchy's bound of the roots.
+        let (lead, rest) = along.c[..along.len].split_last().unwrap_or((base, &[]));
+        let most = rest.iter().fold(f64x8::zero(), |most, c| c.abs().max(most));
+        let reach = f64x8::lit(REACH).min(f64x8::lit(1.0) + most / lead.abs());
+        (reach, (*base + most + lead.abs()).abs().lt(f64x8::lit(f64::INFINITY)))
+    }
+}
+
+/// The roots of polynomials along rays.
+struct Roots<const N: usize> {
+    /// Rising, NaN where there is none.
+    t: [f64x8; N],
+    /// As many of them are in use,
+    len: usize,
+    /// and as many there are at most, with those at the start.
+    most: usize,
+    /// Those at the start, if some rays start on the surface.
+    starts: Option<[f64x8; 2]>,
 }
 
 impl<S: Scalar> Polynomials<S> {
@@ -97,6 +119,7 @@ impl<S: Scalar> Polynomials<S> {
     }
 
     /// The polynomial along the rays, from their starts in the lanes of `on` and else from the closest point to the middle.
+    #[inline(always)]
     fn ray<const N: usize>(&self, i: usize, own: &Rays<f64x8>, on: Mask<f64x8>) -> Ray<N> {
         let inv = f64x8::lit(1.0) / own.dir.length();
         let dir = own.dir * inv;
@@ -106,27 +129,35 @@ impl<S: Scalar> Polynomials<S> {
         let fine = -near.dot(dir);
         let origin = Vec3::select(on, own.origin, near + dir * fine);
         let base = on.select(f64x8::zero(), coarse + fine);
-        let along = Univariate::along(&self.steps[i], origin, dir, false);
-        // Cauchy's bound of the roots.
-        let (lead, rest) = along.c[..along.len].split_last().unwrap_or((&origin.x, &[]));
-        let most = rest.iter().fold(f64x8::zero(), |most, c| c.abs().max(most));
-        let reach = f64x8::lit(REACH).min(f64x8::lit(1.0) + most / lead.abs());
-        let sound = (base + most + lead.abs()).abs().lt(f64x8::lit(f64::INFINITY));
-        Ray { along, base, inv, reach, grain: origin.abs().max_element(), sound }
+        let mut along = Univariate::zero();
+        along.go_along(&self.steps[i], origin, dir, false);
+        Ray { along, base, inv, grain: origin.abs().max_element() }
     }
 
-    /// Crossings, rising; with `looking` only the first of them is sure to be there, and it is the last that is.
-    fn crossings<const N: usize>(
+    /// The roots along rays, if there may be any; with `looking` only the first of them is sure to be there, and it is the last
+    /// that is.
+    #[inline(always)]
+    fn solved<const N: usize>(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
         looking: Option<&Looking<S::Lane>>,
-    ) -> SmallVec<[S::Lane; 4]> {
+    ) -> Option<Roots<N>> {
         let own = self.own_rays(i, rays);
         let on = left.map_or(Mask::none_set(), |left| left.on.cast());
         let mut ray = self.ray::<N>(i, &own, on);
-        let (mut ends, mut lanes) = ([-ray.reach, ray.reach], ray.sound);
+        let mut lanes = Mask::all_set();
+        if let Some(looking) = looking {
+            // (Not so where the start is a root.)
+            lanes = Mask::from_bits(looking.lanes) & (!ray.along.has_one_sign() | on);
+            if lanes.none() {
+                return None;
+            }
+        }
+        let (reach, sound) = ray.reach();
+        let mut ends = [-reach, reach];
+        lanes &= sound;
         if let Some(looking) = looking {
             // Wider by more than the roundings of this and of the distance that comes of a root.
             let [near, far] = [looking.from, looking.to].map(|t| t.to_f64s() / ray.inv);
@@ -134,27 +165,21 @@ impl<S: Scalar> Polynomials<S> {
                 |s: f64x8| (s.abs() + ray.base.abs()) * f64x8::lit(RANGE_ROUNDINGS * f64::UNIT_ROUNDOFF);
             ends[0] = ((near - ray.base) - room(near)).max(ends[0]);
             ends[1] = ((far - ray.base) + room(far)).min(ends[1]);
-            lanes &= Mask::from_bits(looking.lanes) & ends[0].le(ends[1]);
+            lanes &= ends[0].le(ends[1]);
             if lanes.none() {
-                return SmallVec::new();
+                return None;
             }
         }
         let most = ray.along.len.saturating_sub(1);
-        if looking.is_some() {
-            // (Not so where the start is a root.)
-            lanes &= !ray.along.has_one_sign() | on;
-            if lanes.none() {
-                return SmallVec::new();
-            }
-        }
-        let mut starts = [f64x8::lit(f64::NAN); 2];
+        let mut starts = None;
         if on.any() {
             // The start is a root, and where the slope there is below its rounding it is a double one.
             let noise = self.slope_noise::<N>(i, rays, &own);
             ray.along.divide(on);
             let tangent = on & ray.along.c[0].abs().le(noise);
             ray.along.divide(tangent);
-            starts = [on.select(f64x8::zero(), starts[0]), tangent.select(f64x8::zero(), starts[1])];
+            let none = f64x8::lit(f64::NAN);
+            starts = Some([on.select(f64x8::zero(), none), tangent.select(f64x8::zero(), none)]);
             if (on | !lanes).all() {
                 // All have one root less.
                 ray.along.len = most;
@@ -164,11 +189,26 @@ impl<S: Scalar> Polynomials<S> {
             let t = S::Lane::from_f64s((ray.base + root) * ray.inv);
             looking.map_or(Mask::none_set(), |looking| t.gt(looking.from).cast())
         };
-        let roots = ray.along.roots(ends, ray.grain, lanes, |root, crosses| !(crosses & seen(root)));
-        let degree = ray.along.len.saturating_sub(1);
-        let mut all: SmallVec<[f64x8; 4]> =
-            roots[..degree].iter().map(|&s| (ray.base + s) * ray.inv).collect();
-        if on.any() {
+        let mut t = ray.along.roots(ends, ray.grain, lanes, |root, crosses| !(crosses & seen(root)));
+        let len = ray.along.len.saturating_sub(1);
+        for s in &mut t[..len] {
+            *s = (ray.base + *s) * ray.inv;
+        }
+        Some(Roots { t, len, most, starts })
+    }
+
+    /// All crossings, rising.
+    fn crossings<const N: usize>(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+    ) -> SmallVec<[S::Lane; 4]> {
+        let Some(Roots { t, len, most, starts }) = self.solved::<N>(i, rays, left, None) else {
+            return SmallVec::new();
+        };
+        let mut all: SmallVec<[f64x8; 4]> = t[..len].iter().copied().collect();
+        if let Some(starts) = starts {
             for start in starts {
                 insert(&mut all, start);
             }
@@ -177,10 +217,29 @@ impl<S: Scalar> Polynomials<S> {
         all.into_iter().map(S::Lane::from_f64s).collect()
     }
 
+    /// The first crossing that rays look for; those at their starts are none.
+    fn first_crossing<const N: usize>(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        let roots = self.solved::<N>(i, rays, left, Some(looking));
+        roots.map_or(S::Lane::lit(f64::NAN), |Roots { t, len, .. }| {
+            let beyond = |first: S::Lane, t: &f64x8| {
+                let t = S::Lane::from_f64s(*t);
+                t.gt(looking.from).select(t, first)
+            };
+            t[..len].iter().rev().fold(S::Lane::lit(f64::NAN), beyond)
+        })
+    }
+
     /// Where the polynomial is negative before all its roots.
     fn negative_far_back<const N: usize>(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
         let ray = self.ray::<N>(i, &self.own_rays(i, rays), Mask::none_set());
-        (ray.along.value(-ray.reach).lt(f64x8::zero()) & ray.sound).cast()
+        let (reach, sound) = ray.reach();
+        (ray.along.value(-reach).lt(f64x8::zero()) & sound).cast()
     }
 
     /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
@@ -196,7 +255,8 @@ impl<S: Scalar> Polynomials<S> {
         // come of it, those wanted are some and none is negative.
         let dir =
             own.dir.abs() * inv + start * (f64x8::lit(1.0) / most) + turn * (f64x8::lit(1.0) / most_turn);
-        let terms = Univariate::<N>::along(&self.steps[i], own.origin.abs(), dir, true);
+        let mut terms = Univariate::<N>::zero();
+        terms.go_along(&self.steps[i], own.origin.abs(), dir, true);
         // The sums themselves: as many roundings as a term has factors, and some.
         let roundings = f64x8::lit(8.0 * terms.len as f64 * f64::UNIT_ROUNDOFF);
         terms.c[2] * most + terms.c[1] * (most_turn + roundings)
@@ -231,9 +291,9 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
         if self.polynomial[i].order() < FEW {
-            self.crossings::<FEW>(i, rays, left, None)
+            self.crossings::<FEW>(i, rays, left)
         } else {
-            self.crossings::<MANY>(i, rays, left, None)
+            self.crossings::<MANY>(i, rays, left)
         }
     }
 
@@ -246,12 +306,11 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        let roots = if self.polynomial[i].order() < FEW {
-            self.crossings::<FEW>(i, rays, left, Some(looking))
+        if self.polynomial[i].order() < FEW {
+            self.first_crossing::<FEW>(i, rays, left, looking)
         } else {
-            self.crossings::<MANY>(i, rays, left, Some(looking))
-        };
-        first_beyond(&roots, looking.from)
+            self.first_crossing::<MANY>(i, rays, left, looking)
+        }
     }
 
     /// Where the polynomial is negative, farther out than all its roots.

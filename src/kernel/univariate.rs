@@ -17,8 +17,11 @@ const STEPS: usize = 110;
 /// A step of a Horner scheme in z within one in y within one in x, which leaves out what is zero: most coefficients are.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Step {
-    /// Adds to what is in z.
-    Constant(f64),
+    /// Adds to what is in z,
+    ConstantZ(f64),
+    /// or at once to what is in y or x, where nothing else would come with it.
+    ConstantY(f64),
+    ConstantX(f64),
     /// Times the unknown that it is in.
     TimesZ,
     TimesY,
@@ -38,28 +41,34 @@ pub(super) fn steps(polynomial: &Polynomial) -> Vec<Step> {
         if any_x {
             steps.push(Step::TimesX);
         }
-        let mut any_y = false;
+        let (mut any_y, first) = (false, steps.len());
         for j in 0..=i {
             if any_y {
                 steps.push(Step::TimesY);
             }
-            let mut any_z = false;
+            let (mut any_z, first) = (false, steps.len());
             for _ in 0..=j {
                 if any_z {
                     steps.push(Step::TimesZ);
                 }
                 if let Some(&c) = coefficients.next().filter(|c| **c != 0.0) {
-                    steps.push(Step::Constant(c));
+                    steps.push(Step::ConstantZ(c));
                     any_z = true;
                 }
             }
             if any_z {
-                steps.push(Step::ToY);
+                match steps[first..] {
+                    [Step::ConstantZ(c)] => steps[first] = Step::ConstantY(c),
+                    _ => steps.push(Step::ToY),
+                }
                 any_y = true;
             }
         }
         if any_y {
-            steps.push(Step::ToX);
+            match steps[first..] {
+                [Step::ConstantY(c)] => steps[first] = Step::ConstantX(c),
+                _ => steps.push(Step::ToX),
+            }
             any_x = true;
         }
     }
@@ -102,6 +111,13 @@ impl<const N: usize> Univariate<N> {
         self.len = len + 1;
     }
 
+    /// Adds a constant.
+    #[inline(always)]
+    fn add(&mut self, c: f64x8) {
+        self.c[0] = if self.len > 0 { self.c[0] + c } else { c };
+        self.len = self.len.max(1);
+    }
+
     /// Adds another, of which nothing is left.
     #[inline(always)]
     pub(super) fn take(&mut self, other: &mut Self) {
@@ -112,16 +128,22 @@ impl<const N: usize> Univariate<N> {
         other.len = 0;
     }
 
-    /// A polynomial along the line, or what its terms' magnitudes sum to.
-    pub(super) fn along(steps: &[Step], origin: Vec3<f64x8>, dir: Vec3<f64x8>, magnitudes: bool) -> Self {
-        let (mut in_x, mut in_y, mut in_z) = (Self::zero(), Self::zero(), Self::zero());
+    /// Becomes, from nothing, a polynomial along the line, or what its terms' magnitudes sum to.
+    pub(super) fn go_along(
+        &mut self,
+        steps: &[Step],
+        origin: Vec3<f64x8>,
+        dir: Vec3<f64x8>,
+        magnitudes: bool,
+    ) {
+        let in_x = self;
+        let (mut in_y, mut in_z) = (Self::zero(), Self::zero());
+        let signed = |c: f64| f64x8::splat(if magnitudes { c.abs() } else { c });
         for step in steps {
             match *step {
-                Step::Constant(c) => {
-                    let c = f64x8::splat(if magnitudes { c.abs() } else { c });
-                    in_z.c[0] = if in_z.len > 0 { in_z.c[0] + c } else { c };
-                    in_z.len = in_z.len.max(1);
-                }
+                Step::ConstantZ(c) => in_z.add(signed(c)),
+                Step::ConstantY(c) => in_y.add(signed(c)),
+                Step::ConstantX(c) => in_x.add(signed(c)),
                 Step::TimesZ => in_z.times(origin.z, dir.z),
                 Step::TimesY => in_y.times(origin.y, dir.y),
                 Step::TimesX => in_x.times(origin.x, dir.x),
@@ -129,7 +151,6 @@ impl<const N: usize> Univariate<N> {
                 Step::ToX => in_x.take(&mut in_y),
             }
         }
-        in_x
     }
 
     /// Lanes in which a quartic is surely of one sign: most rays miss. With the sign of its first coefficient, `c0 + c1 s + a s^2` and
@@ -366,8 +387,8 @@ mod tests {
                 *coefficients.last_mut().expect("a constant") += 8.0;
                 let polynomial = Polynomial::new(order, coefficients).expect("sound");
                 let (origin, dir) = (DVec3::new(0.0, 1.0, -1.0), DVec3::new(1.0, 2.0, 3.0));
-                let along =
-                    Univariate::<5>::along(&steps(&polynomial), Vec3::splat(origin), Vec3::splat(dir), false);
+                let mut along = Univariate::<5>::zero();
+                along.go_along(&steps(&polynomial), Vec3::splat(origin), Vec3::splat(dir), false);
                 let expected = 8.0 - 0.5 * 3f64.powi(j as i32) * 2f64.powi(k as i32);
                 assert_eq!(along.value(f64x8::lit(1.0)).to_array()[0], expected, "x^{i} y^{j} z^{k}");
             }
