@@ -227,7 +227,8 @@ impl<const N: usize> Univariate<N> {
             high = on_low_side.select(high, s);
             let step = value / slope;
             let newton = s - step;
-            let good = newton.gt(low) & newton.lt(high) & (step + step).abs().le(before);
+            // A step below rounding is the last one, though it leads to an end: the middle would lead away again.
+            let good = newton.equal(s) | (newton.gt(low) & newton.lt(high) & (step + step).abs().le(before));
             let next = good.select(newton, (low + high) * half);
             before = (next - s).abs();
             s = moving.select(next, s);
