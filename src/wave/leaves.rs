@@ -6,7 +6,8 @@ use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Compiled, SurfaceId, class};
 use crate::csg::{Scratch, Stretch};
-use crate::lane::{LANES, Lane, Scalar};
+use crate::lane::{LANES, Lane, Scalar, bits};
+use std::ops::Range;
 
 /// What see-through things are in the way of a packet of shadow rays.
 #[derive(Debug, Clone, Copy, Default)]
@@ -49,10 +50,8 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             }
             return changed;
         }
-        let (mut changed, mut which) = (0, which);
-        while which != 0 {
-            let k = which.trailing_zeros() as usize;
-            which &= which - 1;
+        let mut changed = 0;
+        for k in bits(which) {
             let state = &mut packets[k];
             let lanes = self.run(run, k, state.live());
             if lanes != 0 {
@@ -135,11 +134,23 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.run(run, packet, 1 << lane) != 0
     }
 
+    /// Tests a run against all packets.
+    #[inline]
+    pub fn run_all(&mut self, run: &Run) {
+        if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
+            for k in 0..self.queries.len() {
+                self.run(run, k, !0);
+            }
+            return;
+        }
+        let packets = 0..self.queries.len();
+        self.primitives(run, packets, !0);
+    }
+
     /// Tests a run against one packet and returns the lanes whose hit changed.
     #[inline]
     pub fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        let query = &self.queries[packet];
-        let lanes = lanes & if ANY { query.lanes & !query.hits() } else { query.lanes };
+        let lanes = lanes & self.queries[packet].waiting::<ANY>();
         if lanes == 0 {
             return 0;
         }
@@ -153,16 +164,29 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// The same for what blocks, and for what is only noted.
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        let query = &mut self.queries[packet];
-        if run.kind == COMPOSITE {
-            for _ in 0..run.len {
-                self.count.leaf(lanes.count_ones());
-            }
-            let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
-            return composites::<S, B, ANY>(self.scene, run, query, lanes, buffers);
+        match run.kind == COMPOSITE {
+            true => self.composites(run, packet, lanes),
+            false => self.primitives(run, packet..packet + 1, lanes),
         }
-        let (rows, view, count) = (rows(self.scene, run), self.views.of(packet), &mut self.count);
-        self.scene.columns.with(run.kind, TestRun::<S, C, ANY> { rows, query, view, lanes, count })
+    }
+
+    /// Tests a run of composites.
+    #[inline(always)]
+    fn composites(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        for _ in 0..run.len {
+            self.count.leaf(lanes.count_ones());
+        }
+        let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
+        composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], lanes, buffers)
+    }
+
+    /// Tests a run of anything else against some packets: what changed of the last.
+    #[inline(always)]
+    fn primitives(&mut self, run: &Run, packets: Range<usize>, lanes: u8) -> u8 {
+        let (rows, views, count) = (rows(self.scene, run), self.views, &mut self.count);
+        let (first, queries) = (packets.start, &mut self.queries[packets]);
+        let test = TestRun::<S, C, ANY> { rows, queries, views, first, lanes, count };
+        self.scene.columns.with(run.kind, test)
     }
 
     /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.

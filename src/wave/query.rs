@@ -94,6 +94,12 @@ impl<L: Lane> Query<L> {
         !equal_lanes(&self.surface, NO_SURFACE) & self.lanes
     }
 
+    /// Lanes that look for something: with `ANY` only until they have hit it.
+    #[inline(always)]
+    pub fn waiting<const ANY: bool>(&self) -> u8 {
+        if ANY { self.lanes & !self.hits() } else { self.lanes }
+    }
+
     /// True if all rays have hit something.
     #[inline(always)]
     pub fn is_done(&self) -> bool {

@@ -252,11 +252,13 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, A
     }
 }
 
-/// The test of a run of one kind by some lanes of one packet: those that found something nearer.
+/// The test of a run of one kind by some lanes of several packets: those of the last that found something nearer.
 pub struct TestRun<'a, S: Scalar, C: Count, const ANY: bool> {
     pub rows: Rows<'a>,
-    pub query: &'a mut Query<S::Lane>,
-    pub view: &'a View<S::Lane>,
+    pub queries: &'a mut [Query<S::Lane>],
+    pub views: &'a Views<S>,
+    /// Number of the first of these packets.
+    pub first: usize,
     pub lanes: u8,
     pub count: &'a mut C,
 }
@@ -266,8 +268,16 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> u8 {
-        let Self { rows, query, view, lanes, count } = self;
-        rows.test(block, (query, view), (lanes, ANY), count)
+        let Self { rows, queries, views, first, lanes, count } = self;
+        let mut changed = 0;
+        for (k, query) in queries.iter_mut().enumerate() {
+            let lanes = lanes & query.waiting::<ANY>();
+            changed = match lanes {
+                0 => 0,
+                _ => rows.test(block, (query, views.of(first + k)), (lanes, ANY), count),
+            };
+        }
+        changed
     }
 }
 

@@ -103,9 +103,7 @@ impl<B: Scalar> Tracer<B> {
         }
         for run in &scene.unbounded {
             if run.class & filter != 0 {
-                for k in 0..leaves.queries.len() {
-                    leaves.run(run, k, !0);
-                }
+                leaves.run_all(run);
             }
         }
         if scene.bvh.nodes.is_empty() {
@@ -113,7 +111,7 @@ impl<B: Scalar> Tracer<B> {
         }
         packets.resize(leaves.queries.len(), Packet::idle());
         for (packet, query) in packets.iter_mut().zip(leaves.queries.iter()) {
-            let lanes = if ANY { query.lanes & !query.hits() } else { query.lanes };
+            let lanes = query.waiting::<ANY>();
             if lanes == 0 {
                 *packet = Packet::idle();
                 continue;
