@@ -13,6 +13,7 @@ impl CsgTree {
     /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
     /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once. `stretch` is
     /// that of the rays `all`, once one has asked.
+    #[inline(always)]
     pub fn nearest(
         &self,
         composite: &Composite,
@@ -35,6 +36,7 @@ impl CsgTree {
     }
 
     /// The same by all crossings in double precision.
+    #[inline(never)]
     fn walk(
         &self,
         composite: &Composite,

@@ -3,14 +3,36 @@
 use super::query::Query;
 use crate::bvh::Run;
 use crate::compile::{Compiled, SurfaceId, WithBlock};
-use crate::csg::{Best, Part, PartRoots, Scratch, Stretch};
+use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
 /// Tests a run of composites.
+#[inline(always)]
 pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Compiled<S, B>,
     run: &Run,
+    query: &mut Query<S::Lane>,
+    lanes: u8,
+    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
+) -> u8 {
+    let mut changed = 0;
+    for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
+        let waiting = if ANY { lanes & !changed } else { lanes };
+        changed |= one::<S, B, ANY>(scene, composite, query, waiting, (scratch, stretch));
+        if ANY && changed == lanes {
+            break;
+        }
+    }
+    changed
+}
+
+/// Tests a composite. (A function by itself, as a loop around it would prepare for more than the one composite that most runs
+/// have.)
+#[inline(never)]
+fn one<S: Scalar, B: Scalar, const ANY: bool>(
+    scene: &Compiled<S, B>,
+    composite: &Composite,
     query: &mut Query<S::Lane>,
     lanes: u8,
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
@@ -25,24 +47,11 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
         first_part: scene.first_part,
         rank: &scene.rank,
     };
-    let mut changed = 0;
-    for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
-        let waiting = if ANY { lanes & !changed } else { lanes };
-        let parts = &composite.parts;
-        let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
-        let source = Parts { scene, left: &query.left, part: &query.part, starts };
-        changed |= scene.csg.nearest(
-            composite,
-            (rays, stretch, query.lanes),
-            (waiting, t_min, ANY),
-            &source,
-            scratch,
-            &mut best,
-        );
-        if ANY && changed == lanes {
-            break;
-        }
-    }
+    let parts = &composite.parts;
+    let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
+    let source = Parts { scene, left: &query.left, part: &query.part, starts };
+    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, t_min, ANY));
+    let changed = scene.csg.nearest(composite, rays, looking, &source, scratch, &mut best);
     if changed != 0 {
         query.surface = best.surface;
         if !ANY {

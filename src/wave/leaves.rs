@@ -40,7 +40,8 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
-        if run.kind != COMPOSITE && !(ANY && run.class & class::BLOCKS == 0) {
+        let counts = !ANY || run.class & class::BLOCKS != 0;
+        if run.kind != COMPOSITE && counts {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
             let test = TestPackets::<S, B, C, ANY> { rows, which, packets, queries, views, count };
@@ -53,7 +54,11 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         let mut changed = 0;
         for k in bits(which) {
             let state = &mut packets[k];
-            let lanes = self.run(run, k, state.live());
+            // (Live rays are waiting for something.)
+            let lanes = match counts {
+                true => self.composites(run, k, state.live()),
+                false => self.run(run, k, state.live()),
+            };
             if lanes != 0 {
                 if ANY {
                     self.blocker = Some(*run);
