@@ -53,8 +53,21 @@ pub fn lanes_within(lanes: &[u32; LANES], first: u32, len: u32) -> u8 {
 
 /// `f` of eight numbers; asked once where all are the same, as those of neighbours mostly are.
 #[inline(always)]
-pub fn each_number<T: Copy + Default>(numbers: &[u32; LANES], f: impl Fn(u32) -> T) -> [T; LANES] {
-    if equal_lanes(numbers, numbers[0]) == !0 { [f(numbers[0]); LANES] } else { each_lane(|k| f(numbers[k])) }
+pub fn each_number<T: Copy>(numbers: &[u32; LANES], f: impl Fn(u32) -> T) -> [T; LANES] {
+    let mut all = [f(numbers[0]); LANES];
+    if equal_lanes(numbers, numbers[0]) != !0 {
+        each_apart(numbers, f, &mut all);
+    }
+    all
+}
+
+/// The same of numbers that differ. (Inlined, it would have the compiler keep the eight in registers of their own and store them
+/// one by one, and who then loads them as a vector waits for that.)
+#[inline(never)]
+fn each_apart<T>(numbers: &[u32; LANES], f: impl Fn(u32) -> T, all: &mut [T; LANES]) {
+    for (one, &number) in all.iter_mut().zip(numbers) {
+        *one = f(number);
+    }
 }
 
 /// The set bits of a byte, lowest first.
