@@ -2,10 +2,8 @@
 
 use super::among::{Candidate, is_listed, list};
 use super::casters::Caster;
-use super::raster::CELL_ROUNDING;
-use super::seen::Facet;
-use super::sheet::{Layer, Window};
-use super::{Cell, Face, List, SHEET};
+use super::sheet::{Facet, Layer, Window};
+use super::{Cell, List, SHEET};
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::lane::Scalar;
 
@@ -34,7 +32,6 @@ pub(super) struct Settle<'a, S: Scalar, B: Scalar> {
     /// What entries name.
     pub casters: &'a [Caster],
     pub facets: &'a [Facet],
-    pub face: &'a Face,
 }
 
 impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
@@ -82,14 +79,8 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
     }
 
     /// Looks for triangles that cover the cell together.
-    fn cover(&self, cell: &mut Cell, entries: &mut [Entry], (column, row): (u32, u32)) {
-        let place = |side: usize, edge: f64| self.face.corner[side] + edge / self.face.scale;
-        let low = [f64::from(column), f64::from(row)].map(|edge| edge - CELL_ROUNDING);
-        let high = [f64::from(column), f64::from(row)].map(|edge| edge + (1.0 + CELL_ROUNDING));
-        let window = Window {
-            low: [place(0, low[0]), place(1, low[1])],
-            high: [place(0, high[0]), place(1, high[1])],
-        };
+    fn cover(&self, cell: &mut Cell, entries: &mut [Entry], place: (u32, u32)) {
+        let window = Window::of(place);
         // Those that lie one behind the other without a gap in depth are one layer. Mostly two or three looks at them find
         // it; in order one does.
         if entries.len() > SORTED {
@@ -134,7 +125,7 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
                 continue;
             }
             if let Some(facet) = self.facets.get((entry.what & !TRIANGLE) as usize) {
-                sum.add(&facet.figure, window);
+                sum.add(facet, window);
             }
         }
         let Some(count) = sum.everywhere().filter(|&count| count > 0) else { return false };

@@ -3,12 +3,12 @@
 
 use super::casters::{Caster, Casters, Region, caster};
 use super::cell::{Entry, Settle, TRIANGLE};
-use super::seen::{Facet, Outline, Seen, relative};
-use super::sheet::{Figure, Figures};
+use super::seen::{Outline, Seen, relative};
+use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
 use crate::compile::{Compiled, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
-use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, f64x8};
+use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ pub(super) const CELL_ROUNDING: f64 = 1e-3;
 const ACROSS_ROUNDINGS: f64 = 8.0;
 /// So many columns or rows a face has at most: numbers as large are rounded six times in single precision (the way across and
 /// the way ahead, the cells in a unit, their quotient, their product, and the edge).
-const MOST_ACROSS: f64 = 0.5 * CELL_ROUNDING / (6.0 * f32::UNIT_ROUNDOFF);
+pub(super) const MOST_ACROSS: f64 = 0.5 * CELL_ROUNDING / (6.0 * f32::UNIT_ROUNDOFF);
 /// Faces go a little beyond the cube's edges, so that a point that rounding puts on the next face finds what is there.
 pub(super) const EDGE: f64 = 1.0 + 1e-3;
 /// All casters of one light are drawn into at most so many times as many cells as there are, by coarser cells if need be.
@@ -94,9 +94,7 @@ pub fn fill<S: Scalar, B: Scalar>(
     // Triangles that are part of sheets, and others.
     let mut others = Vec::new();
     for (kind, opaque) in &casters.triangles {
-        let base = scene.base[*kind as usize];
-        let each = EachTriangle { opaque, base, location, slack, seen: &mut *seen };
-        let rows = scene.columns.with(*kind as u8, each);
+        let rows = scene.columns.with(*kind as u8, Expect { opaque, location, seen: &mut *seen });
         others.extend(rows.into_iter().map(|row| caster(scene, (*kind as u8, class::BLOCKS), row)));
     }
     for (number, caster) in others.iter().enumerate() {
@@ -112,6 +110,13 @@ pub fn fill<S: Scalar, B: Scalar>(
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
     lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
+    seen.iter_mut().for_each(Seen::reserve);
+    drawn.clear(buffer.cells.len(), self::drawn(&buffer, seen));
+    for (kind, opaque) in &casters.triangles {
+        let (base, faces) = (scene.base[*kind as usize], &buffer.faces);
+        let (seen, drawn) = (&mut *seen, &mut *drawn);
+        scene.columns.with(*kind as u8, Place { opaque, base, location, slack, faces, seen, drawn });
+    }
     for (number, seen) in seen.iter().enumerate() {
         let face = buffer.faces[number];
         drawn.outlined.clear();
@@ -124,112 +129,152 @@ pub fn fill<S: Scalar, B: Scalar>(
                 block(scene, caster, &light, &face, places, (corners, &mut drawn.outlined));
             }
         }
-        let how = Settle { scene, casters: &all, facets: &seen.facets, face: &face };
-        drawn.settle(&how, &mut buffer);
+        drawn.settle(&Settle { scene, casters: &all, facets: &seen.facets }, &face, &mut buffer);
     }
     buffer
 }
 
-/// Shows the light triangles that are seen well within one face; returns the rows of the rest.
-struct EachTriangle<'a> {
-    opaque: &'a [bool],
-    base: SurfaceId,
+/// Hands triangles that are opaque to `with` as the light sees them, four at a time where they are seen through one face: the
+/// fours' number, and those among them. Returns the rows of those that are not seen well within a face.
+#[inline(always)]
+fn each_figure<S: Scalar>(
+    block: &impl Block<S>,
+    opaque: &[bool],
     location: DVec3,
-    slack: f64,
+    mut with: impl FnMut(usize, u8, &Figures),
+) -> Vec<u32> {
+    let mut rest = Vec::new();
+    for (four, opaque) in opaque.chunks(QUAD).enumerate() {
+        let Some(corners) = block.corners_in_four(four) else { return rest };
+        let wanted = opaque.iter().enumerate().fold(0, |lanes, (k, &opaque)| lanes | u8::from(opaque) << k);
+        let all = Figures::of(&corners, location);
+        with(four, all.within & wanted, &all);
+        for k in bits(wanted & !all.within) {
+            // Perhaps another face's.
+            let alone = Figures::of(&corners.map(|lanes| [lanes[k]; QUAD]), location);
+            if alone.within != 0 {
+                with(four, 1 << k, &alone);
+            } else {
+                rest.push((four * QUAD + k) as u32);
+            }
+        }
+    }
+    rest
+}
+
+/// Tells what is seen through faces what room triangles will take; returns the rows of those that are no facets.
+struct Expect<'a> {
+    opaque: &'a [bool],
+    location: DVec3,
     seen: &'a mut [Seen; FACES],
 }
 
-impl<S: Scalar> WithBlock<S> for EachTriangle<'_> {
+impl<S: Scalar> WithBlock<S> for Expect<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> Vec<u32> {
-        let Self { opaque, base, location, slack, seen } = self;
-        let (mut rest, opaque_rows) = (Vec::new(), opaque.len());
-        for (four, opaque) in opaque.chunks(QUAD).enumerate() {
-            let Some(corners) = block.corners_in_four(four) else { return rest };
-            let all = Figures::of(&corners, location);
-            for (k, _) in opaque.iter().enumerate().filter(|(_, opaque)| **opaque) {
-                let row = (four * QUAD + k) as u32;
-                let (face, depths, figure) = if all.within >> k & 1 == 1 {
-                    (all.face, all.depths.map(|depths| depths[k]), all.figure(k))
-                } else {
-                    // Perhaps another face's.
-                    let corners = block.corners(row as usize).map(|three| three.map(|at| at - location));
-                    let Some(seen) = corners.and_then(Figure::of) else {
-                        rest.push(row);
-                        continue;
-                    };
-                    seen
-                };
-                let near = (depths[0] * (1.0 - DEPTH_ROUNDING) - slack) as f32;
-                let far = (depths[1] * (1.0 + DEPTH_ROUNDING) + slack) as f32;
-                let facets = &mut seen[face].facets;
-                if facets.is_empty() {
-                    // Mostly all are seen through one face; what is not written to is not there.
-                    facets.reserve(opaque_rows);
-                }
-                seen[face].push(Facet { surface: base + row, near, far, figure });
-            }
-        }
-        rest
+        let Self { opaque, location, seen } = self;
+        each_figure(block, opaque, location, |_, lanes, figures| seen[figures.face].expect(figures, lanes))
     }
 }
 
-/// What is drawn into the cells of one face.
+/// Shows the light those that are, once faces are laid out.
+struct Place<'a> {
+    opaque: &'a [bool],
+    base: SurfaceId,
+    location: DVec3,
+    slack: f64,
+    faces: &'a [Face; FACES],
+    seen: &'a mut [Seen; FACES],
+    drawn: &'a mut Drawn,
+}
+
+impl<S: Scalar> WithBlock<S> for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) {
+        let Self { opaque, base, location, slack, faces, seen, drawn } = self;
+        each_figure(block, opaque, location, |four, lanes, figures| {
+            let (first, face) = (base + (four * QUAD) as u32, &faces[figures.face]);
+            let facets = &mut seen[figures.face].facets;
+            figures.each_facet(lanes, face, (first, slack), |facet, [columns, rows]| {
+                let name = TRIANGLE | facets.len() as u32;
+                facets.push(facet);
+                for row in rows[0]..=rows[1] {
+                    for column in columns[0]..=columns[1] {
+                        drawn.put(face.first + row as u32 * face.columns + column as u32, name);
+                    }
+                }
+            });
+        });
+    }
+}
+
+/// What is drawn into cells.
 #[derive(Default)]
 struct Drawn {
-    /// Casters in their cells, one caster after the other.
+    /// Casters in their cells, one caster after the other: those of one face.
     outlined: Vec<(u32, Entry)>,
-    /// By cell: where its entries begin.
-    start: Vec<u32>,
-    /// Entries, those of one cell together.
+    /// By cell of all faces: the last of its links, or [`NO_LINK`].
+    last: Vec<u32>,
+    links: Vec<Link>,
+    /// What they name of one cell.
     entries: Vec<Entry>,
 }
 
-impl Drawn {
-    /// Settles all cells of a face from the casters drawn and from the facets.
-    fn settle<S: Scalar, B: Scalar>(&mut self, how: &Settle<S, B>, buffer: &mut LightBuffer) {
-        let Self { outlined, start, entries } = self;
-        let Settle { face, facets, .. } = *how;
-        let count = (face.columns * face.rows) as usize;
-        start.clear();
-        start.resize(count + 1, 0);
-        each_entry(outlined, facets, face, |cell, _| start[cell as usize + 1] += 1);
-        for cell in 0..count {
-            start[cell + 1] += start[cell];
-        }
-        // What is left of the last face is written over.
-        let all = start[count] as usize;
-        if entries.len() < all {
-            entries.resize(all, Entry { near: 0.0, far: 0.0, what: 0 });
-        }
-        each_entry(outlined, facets, face, |cell, entry| {
-            let place = &mut start[cell as usize];
-            entries[*place as usize] = entry;
-            *place += 1;
-        });
-        // Now each is where the next begins.
-        let mut first = 0;
-        for (cell, &end) in (0..count as u32).zip(&*start) {
-            let entries = &mut entries[first..end as usize];
-            first = end as usize;
-            let place = (cell % face.columns, cell / face.columns);
-            let number = (face.first + cell) as usize;
-            (buffer.cells[number], buffer.lists[number]) = how.cell(entries, place, &mut buffer.candidates);
-        }
-    }
+/// One of the things in a cell.
+#[derive(Clone, Copy)]
+struct Link {
+    /// Number of a caster drawn, or [`TRIANGLE`] and a facet's.
+    name: u32,
+    /// The link to what was put there before, or [`NO_LINK`].
+    before: u32,
 }
 
-/// Calls for each cell of each caster drawn, and of each facet.
-#[inline(always)]
-fn each_entry(outlined: &[(u32, Entry)], facets: &[Facet], face: &Face, mut call: impl FnMut(u32, Entry)) {
-    for (cell, entry) in outlined {
-        call(*cell, *entry);
+const NO_LINK: u32 = u32::MAX;
+
+impl Drawn {
+    /// Nothing, in so many cells, with room for about so many things in them.
+    fn clear(&mut self, cells: usize, room: f64) {
+        self.last.clear();
+        self.last.resize(cells, NO_LINK);
+        self.links.clear();
+        // What is not written to is not there.
+        self.links.reserve(room as usize);
     }
-    for (number, facet) in (0..).zip(facets) {
-        let entry = Entry { near: facet.near, far: facet.far, what: TRIANGLE | number };
-        facet.each_cell(face, |cell| call(cell, entry));
+
+    /// Puts a thing into a cell.
+    #[inline(always)]
+    fn put(&mut self, cell: u32, name: u32) {
+        let last = &mut self.last[cell as usize];
+        let before = std::mem::replace(last, self.links.len() as u32);
+        self.links.push(Link { name, before });
+    }
+
+    /// Settles all cells of a face from the casters drawn and from the facets.
+    fn settle<S: Scalar, B: Scalar>(&mut self, how: &Settle<S, B>, face: &Face, buffer: &mut LightBuffer) {
+        for name in 0..self.outlined.len() {
+            self.put(face.first + self.outlined[name].0, name as u32);
+        }
+        let Self { outlined, last, links, entries } = self;
+        for cell in 0..face.columns * face.rows {
+            let number = (face.first + cell) as usize;
+            entries.clear();
+            let mut next = last[number];
+            while let Some(Link { name, before }) = links.get(next as usize) {
+                next = *before;
+                entries.push(match how.facets.get((name & !TRIANGLE) as usize) {
+                    Some(&Facet { near, far, .. }) if name & TRIANGLE != 0 => {
+                        Entry { near, far, what: *name }
+                    }
+                    _ => outlined[*name as usize].1,
+                });
+            }
+            let place = (cell % face.columns, cell / face.columns);
+            (buffer.cells[number], buffer.lists[number]) = how.cell(entries, place, &mut buffer.candidates);
+        }
     }
 }
 

@@ -3,9 +3,10 @@
 use super::Face;
 use super::casters::Caster;
 use super::raster::{CELL_ROUNDING, EDGE, axes};
-use super::sheet::Figure;
-use crate::compile::SurfaceId;
+use super::sheet::{Facet, Figures};
+use crate::lane::{QUAD, Quad};
 use glam::DVec3;
+use wide::f64x4;
 
 /// A caster as the light sees it through one face.
 pub(super) struct Outline {
@@ -45,7 +46,11 @@ impl Outline {
 
     /// The cells it is seen through: first and last column, first and last row.
     pub fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
-        places(face, [self.across, self.up], CELL_ROUNDING)
+        let range = |[low, high]: [f64; 2], corner: f64, most: u32| {
+            let place = |x: f64, by: f64| ((x - corner) * face.scale + by).max(0.0) as u32;
+            [place(low, -CELL_ROUNDING), place(high, CELL_ROUNDING)].map(|cell| cell.min(most - 1))
+        };
+        [range(self.across, face.corner[0], face.columns), range(self.up, face.corner[1], face.rows)]
     }
 
     /// The least depth at which the box's side number `side` can be met in cell number `cell` along it.
@@ -65,53 +70,19 @@ impl Outline {
     }
 }
 
-/// The cells within ranges across and up, grown by parts of a cell: first and last column, first and last row.
-#[inline(always)]
-fn places(face: &Face, [across, up]: [[f64; 2]; 2], by: f64) -> [[u32; 2]; 2] {
-    let range = |[low, high]: [f64; 2], corner: f64, most: u32| {
-        let place = |x: f64, by: f64| ((x - corner) * face.scale + by).max(0.0) as u32;
-        [place(low, -by), place(high, by)].map(|cell| cell.min(most - 1))
-    };
-    [range(across, face.corner[0], face.columns), range(up, face.corner[1], face.rows)]
-}
-
-/// A triangle that is seen well within one face.
-pub(super) struct Facet {
-    pub surface: SurfaceId,
-    /// Least and greatest depth, with room.
-    pub near: f32,
-    pub far: f32,
-    pub figure: Figure,
-}
-
-impl Facet {
-    /// The cells it is seen through: more than those that are grown by [`CELL_ROUNDING`] and see it.
-    #[inline(always)]
-    fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
-        places(face, [self.figure.range(0), self.figure.range(1)], 2.0 * CELL_ROUNDING)
-    }
-
-    /// Calls with the number of each.
-    #[inline(always)]
-    pub fn each_cell(&self, face: &Face, mut call: impl FnMut(u32)) {
-        let [[left, right], [low, high]] = self.cells(face);
-        for row in low..=high {
-            (left..=right).for_each(|column| call(row * face.columns + column));
-        }
-    }
-}
-
 /// What is seen through one face.
 #[derive(Default)]
 pub(super) struct Seen {
     /// With the casters' numbers.
     pub outlines: Vec<(u32, Outline)>,
     pub facets: Vec<Facet>,
-    /// Around the facets: ranges across and up.
-    frame: Option<[[f64; 2]; 2]>,
+    /// How many of them there will be.
+    count: usize,
+    /// Around the facets, those of every fourth: ranges across and up.
+    frame: [[f64x4; 2]; 2],
     /// Sums over the facets: width by height, width and height.
-    area: f64,
-    girth: f64,
+    area: f64x4,
+    girth: f64x4,
 }
 
 impl Seen {
@@ -119,18 +90,22 @@ impl Seen {
     pub fn clear(&mut self) {
         self.outlines.clear();
         self.facets.clear();
-        (self.frame, self.area, self.girth) = (None, 0.0, 0.0);
+        (self.count, self.area, self.girth) = (0, f64x4::splat(0.0), f64x4::splat(0.0));
+        self.frame = [[f64::INFINITY, f64::NEG_INFINITY].map(f64x4::splat); 2];
     }
 
     /// How many.
     pub fn len(&self) -> usize {
-        self.outlines.len() + self.facets.len()
+        self.outlines.len() + self.count
     }
 
     /// Ranges across and up that hold all of it.
     pub fn frame(&self) -> Option<[[f64; 2]; 2]> {
         let outlines = self.outlines.iter().map(|(_, outline)| [outline.across, outline.up]);
-        outlines.chain(self.frame).reduce(around)
+        let lanes = self.frame.map(|ends| ends.map(Quad::to_array));
+        let facets = (0..QUAD).map(|k| lanes.map(|ends| ends.map(|lanes| lanes[k])));
+        let frame = outlines.chain(facets).reduce(around);
+        frame.filter(|[across, _]| across[0] <= across[1])
     }
 
     /// How many cells all of it is drawn into: of facets, on average.
@@ -138,18 +113,29 @@ impl Seen {
         let count = |[first, last]: [u32; 2]| f64::from(last - first + 1);
         let outlines = self.outlines.iter().map(|(_, outline)| outline.cells(face));
         let outlines: f64 = outlines.map(|[columns, rows]| count(columns) * count(rows)).sum();
-        outlines + self.area * face.scale * face.scale + self.girth * face.scale + self.facets.len() as f64
+        let [area, girth] = [self.area, self.girth].map(|sums| Quad::to_array(sums).iter().sum::<f64>());
+        outlines + area * face.scale * face.scale + girth * face.scale + self.count as f64
     }
 
-    /// Adds a triangle.
+    /// Makes room for triangles of `lanes`.
     #[inline(always)]
-    pub fn push(&mut self, facet: Facet) {
-        let ranges @ [across, up] = [facet.figure.range(0), facet.figure.range(1)];
-        let (width, height) = (across[1] - across[0], up[1] - up[0]);
-        self.area += width * height;
-        self.girth += width + height;
-        self.frame = Some(self.frame.map_or(ranges, |frame| around(frame, ranges)));
-        self.facets.push(facet);
+    pub fn expect(&mut self, figures: &Figures, lanes: u8) {
+        let all_bits = |k: usize| f64::from_bits(if lanes >> k & 1 == 1 { !0 } else { 0 });
+        let those: f64x4 = Quad::from_array(std::array::from_fn(all_bits));
+        let ranges = figures.ranges();
+        for ([low, high], [least, most]) in self.frame.iter_mut().zip(ranges) {
+            *low = Quad::min(those.choose(least, *low), *low);
+            *high = Quad::max(those.choose(most, *high), *high);
+        }
+        let [width, height] = ranges.map(|[low, high]| high - low);
+        self.area += those & (width * height);
+        self.girth += those & (width + height);
+        self.count += lanes.count_ones() as usize;
+    }
+
+    /// Makes room for all facets expected.
+    pub fn reserve(&mut self) {
+        self.facets.reserve_exact(self.count);
     }
 
     /// Adds what is seen through face number `face` of a box from `min` to `max` about caster `number`.

@@ -8,87 +8,52 @@
 //!
 //! Edges are added up as numbers that depend on their corners' bits and change their sign with the edge's direction: 64
 //! bits well mixed, so that a sum of zero that is none is not to be expected.
+//!
+//! Places are whole numbers, so that what is told of the figure they make is exact; the figure is off by less than what cells are
+//! grown by.
 
-use super::raster::axes;
-use crate::lane::{QUAD, Quad};
+use super::Face;
+use super::raster::{CELL_ROUNDING, DEPTH_ROUNDING, MOST_ACROSS, axes};
+use crate::compile::SurfaceId;
+use crate::lane::{QUAD, Quad, bits};
 use glam::DVec3;
-use wide::f64x4;
+use wide::{f64x4, i32x8};
 
 /// Corners farther across than this part of their depth might be seen through another face as well: faces overlap by 1e-3, and
 /// there are cells beyond.
 const WELL_WITHIN: f64 = 1.0 - 4e-3;
-/// Roundings of the sum of two products, each of two differences of numbers of order 1, in parts of the products: 4 are proven.
-const AREA_ROUNDINGS: f64 = 8.0;
 
-/// A triangle as the light sees it through one face.
+/// Binary places of a place in cells.
+const PLACES: u32 = 19;
+/// Parts of a cell.
+const PARTS: i32 = 1 << PLACES;
+/// What cells are grown by, in parts: more than that by what corners are rounded.
+const GROWN: i32 = (CELL_ROUNDING * PARTS as f64) as i32 + 2;
+/// Differences of places have products whose differences are numbers of 64 bits.
+const _: () = assert!((MOST_ACROSS + 2.0) * (PARTS as f64) < (1u64 << 30) as f64);
+
+/// A triangle that is seen well within one face.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Figure {
-    /// Its corners across and up, at depth 1.
-    at: [[f64; 2]; 3],
-    /// Numbers of its edges from corner to corner, turned counterclockwise.
-    edges: [u64; 3],
-    /// Which way round the corners come: 1 is counterclockwise, 0 not known.
-    turn: i8,
+pub(super) struct Facet {
+    /// Across and up, in parts of a cell from the face's first: its corners, and the first once more.
+    at: [i32; 8],
+    /// Numbers of the corners, which triangles that share them have alike.
+    keys: [u32; 3],
+    /// Least and greatest depth, with room.
+    pub near: f32,
+    pub far: f32,
+    pub surface: SurfaceId,
 }
 
-impl Figure {
-    #[inline(always)]
-    fn new(at: [[f64; 2]; 3]) -> Self {
-        let [a, b, c] = at;
-        let turn = turn(a, b, c);
-        let [p, q, r] = at.map(key);
-        let edges = [edge(p, q), edge(q, r), edge(r, p)];
-        Self { at, edges: if turn < 0 { edges.map(u64::wrapping_neg) } else { edges }, turn }
-    }
-
-    /// Least and greatest coordinate across (0) or up (1).
-    #[inline(always)]
-    pub fn range(&self, side: usize) -> [f64; 2] {
-        let [a, b, c] = self.at.map(|corner| corner[side]);
-        [least(least(a, b), c), most(most(a, b), c)]
-    }
-
-    /// Corners relative to the light; `None` if they are not all seen well within one face. That face, and least and
-    /// greatest depth, too.
-    pub fn of(corners: [DVec3; 3]) -> Option<(usize, [f64; 2], Self)> {
-        let face = face_of(corners[0]);
-        let (along, across, up, backward) = axes(face);
-        let depth = corners.map(|corner| if backward { -corner[along] } else { corner[along] });
-        let mut at = [[0.0; 2]; 3];
-        for k in 0..3 {
-            let share = 1.0 / depth[k];
-            at[k] = [corners[k][across] * share, corners[k][up] * share];
-            let far = at[k][0].abs().max(at[k][1].abs());
-            if !(depth[k] > 0.0 && depth[k] < f64::INFINITY && far <= WELL_WITHIN) {
-                return None;
-            }
-        }
-        let [a, b, c] = depth;
-        Some((face, [a.min(b).min(c), a.max(b).max(c)], Self::new(at)))
-    }
-}
-
-/// The smaller of two numbers that are numbers.
-#[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers that are numbers.
-#[inline(always)]
-fn most(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// Four triangles as the light sees them through the face that the first of them is seen through, as [`Figure::of`] has it.
+/// Four triangles as the light sees them through the face that the first of them is seen through.
 pub(super) struct Figures {
     pub face: usize,
     /// Those that are seen well within it.
     pub within: u8,
-    /// Their corners across and up.
-    at: [[[f64; QUAD]; 2]; 3],
+    /// Their corners across and up, at depth 1.
+    at: [[f64x4; 2]; 3],
     /// Least and greatest depth.
-    pub depths: [[f64; QUAD]; 2],
+    depths: [f64x4; 2],
 }
 
 impl Figures {
@@ -106,27 +71,76 @@ impl Figures {
             };
             let depth = relative(along) * sign;
             let share = one / depth;
-            [relative(across) * share, relative(up) * share, depth]
+            ([relative(across) * share, relative(up) * share], depth)
         });
-        let least = |k: usize| Quad::min(Quad::min(seen[0][k], seen[1][k]), seen[2][k]);
-        let most = |k: usize| Quad::max(Quad::max(seen[0][k], seen[1][k]), seen[2][k]);
-        let [across, up, depths] = [0, 1, 2].map(|k| [least(k), most(k)]);
-        let at = seen.map(|[across, up, _]| [across, up].map(Quad::to_array));
-        let far = Quad::max(
-            Quad::max(Quad::abs(across[0]), Quad::abs(across[1])),
-            Quad::max(Quad::abs(up[0]), Quad::abs(up[1])),
-        );
+        let at = seen.map(|(at, _)| at);
+        let depths = ends(seen.map(|(_, depth)| depth));
+        let far = at.as_flattened().iter().fold(f64x4::splat(0.0), |far, x| Quad::max(Quad::abs(*x), far));
         let within = Quad::le(far, f64x4::splat(WELL_WITHIN))
             & Quad::gt(depths[0], f64x4::splat(0.0))
             & Quad::gt(f64x4::splat(f64::INFINITY), depths[1]);
-        Self { face, within: Quad::bits(within), at, depths: depths.map(Quad::to_array) }
+        Self { face, within: Quad::bits(within), at, depths }
     }
 
-    /// Number `k` of the four.
+    /// Least and greatest coordinate across and up.
     #[inline(always)]
-    pub fn figure(&self, k: usize) -> Figure {
-        Figure::new(self.at.map(|corner| corner.map(|lanes| lanes[k])))
+    pub fn ranges(&self) -> [[f64x4; 2]; 2] {
+        [0, 1].map(|side| ends(self.at.map(|corner| corner[side])))
     }
+
+    /// Calls for those of `lanes`, of which the first would have surface number `first`, as facets of `face`, which is laid out, with
+    /// the cells that see them: first and last column, first and last row.
+    #[inline(always)]
+    pub fn each_facet(
+        &self,
+        lanes: u8,
+        face: &Face,
+        (first, slack): (SurfaceId, f64),
+        mut call: impl FnMut(Facet, [[i32; 2]; 2]),
+    ) {
+        let parts = f64x4::splat(face.scale * f64::from(PARTS));
+        let scaled =
+            self.at.map(|corner| [0, 1].map(|side| (corner[side] - f64x4::splat(face.corner[side])) * parts));
+        let cells = [(0, face.columns), (1, face.rows)].map(|(side, most)| {
+            let [low, high] = ends(scaled.map(|corner| corner[side]));
+            let cell = |at: f64x4, by: f64| (at + f64x4::splat(by)) * f64x4::splat(1.0 / f64::from(PARTS));
+            // The whole number below is the one next to half less; at halfway either will do.
+            let (grown, half) = (f64::from(GROWN + 1), 0.5 * f64::from(PARTS));
+            let low = Quad::max(cell(low, -grown - half), f64x4::splat(0.0));
+            let high = Quad::min(cell(high, grown - half), f64x4::splat(f64::from(most) - 1.0));
+            [whole(low), whole(high)]
+        });
+        let places = scaled.map(|corner| corner.map(whole));
+        let at = self.at.map(|corner| corner.map(Quad::to_array));
+        let slack = f64x4::splat(slack);
+        let near = (self.depths[0] * f64x4::splat(1.0 - DEPTH_ROUNDING) - slack).to_f32s().to_array();
+        let far = (self.depths[1] * f64x4::splat(1.0 + DEPTH_ROUNDING) + slack).to_f32s().to_array();
+        for k in bits(lanes) {
+            let [[ax, ay], [bx, by], [cx, cy]] = places.map(|corner| corner.map(|lanes| lanes[k]));
+            let facet = Facet {
+                at: [ax, ay, bx, by, cx, cy, ax, ay],
+                keys: at.map(|[across, up]| key([across[k], up[k]])),
+                near: near[k],
+                far: far[k],
+                surface: first + k as u32,
+            };
+            call(facet, cells.map(|ends| ends.map(|lanes| lanes[k])));
+        }
+    }
+}
+
+/// The least and the greatest of three.
+#[inline(always)]
+fn ends([a, b, c]: [f64x4; 3]) -> [f64x4; 2] {
+    [Quad::min(Quad::min(a, b), c), Quad::max(Quad::max(a, b), c)]
+}
+
+/// The whole numbers next to numbers of less than 31 bits.
+#[inline(always)]
+fn whole(x: f64x4) -> [i32; QUAD] {
+    // Numbers of this size have no binary places, and their last bits are those of the whole number.
+    const NO_PLACES: f64 = 1.5 * (1u64 << 52) as f64;
+    Quad::to_array(x + f64x4::splat(NO_PLACES)).map(|x| x.to_bits() as i32)
 }
 
 /// The face that a point relative to the light is seen through.
@@ -137,10 +151,24 @@ fn face_of(point: DVec3) -> usize {
     along * 2 + usize::from(point[along] < 0.0)
 }
 
-/// A cell at depth 1, a little grown: least and greatest place across and up.
+/// A cell, grown: least and greatest place, across and up by turns.
 pub(super) struct Window {
-    pub low: [f64; 2],
-    pub high: [f64; 2],
+    low: i32x8,
+    high: i32x8,
+    /// Some point of it, where regular meshes have no edges; and by turns.
+    point: [i32; 2],
+    points: i32x8,
+}
+
+impl Window {
+    /// The cell in a column and row.
+    pub fn of((column, row): (u32, u32)) -> Self {
+        let [x, y] = [column, row].map(|cell| cell as i32 * PARTS);
+        let turns = |[x, y]: [i32; 2]| i32x8::from([x, y, x, y, x, y, x, y]);
+        let all = |by: i32| turns([x + by, y + by]);
+        let point = [x + PARTS / 2 + 4321, y + PARTS / 2 - 1234];
+        Self { low: all(-GROWN), high: all(PARTS + GROWN), point, points: turns(point) }
+    }
 }
 
 /// Triangles of one cell, the nearest first, as far as they have been added.
@@ -148,7 +176,7 @@ pub(super) struct Window {
 pub(super) struct Layer {
     /// Of the edges in the cell.
     sum: u64,
-    /// How many triangles the way through the cell's middle meets.
+    /// How many triangles the way through the window's point meets.
     over: u32,
     /// Not all could be told.
     unsure: bool,
@@ -157,34 +185,32 @@ pub(super) struct Layer {
 impl Layer {
     /// Adds what a triangle has in the cell.
     #[inline(always)]
-    pub fn add(&mut self, triangle: &Figure, cell: &Window) {
-        let Figure { at: [a, b, c], edges, turn: round } = *triangle;
-        if round == 0 {
+    pub fn add(&mut self, triangle: &Facet, cell: &Window) {
+        let [ax, ay, bx, by, cx, cy, ..] = triangle.at;
+        let ([a, b, c], [p, q, r]) = ([[ax, ay], [bx, by], [cx, cy]], triangle.keys);
+        let area = area(a, b, c);
+        // Roundings move the sides of which it is the product by a part each.
+        let noise: i64 = [bx - ax, by - ay, cx - ax, cy - ay].map(|side| i64::from(side.abs())).iter().sum();
+        if area.abs() <= noise + 2 {
             self.unsure = true;
             return;
         }
-        // Of each corner, the sides of the cell that it is beyond.
-        let beyond = |corner: [f64; 2]| {
-            let [across, up] = corner;
-            u8::from(across < cell.low[0])
-                | u8::from(across > cell.high[0]) << 1
-                | u8::from(up < cell.low[1]) << 2
-                | u8::from(up > cell.high[1]) << 3
-        };
-        let [p, q, r] = [a, b, c].map(beyond);
-        for (both, edge) in [p & q, q & r, r & p].into_iter().zip(edges) {
-            self.sum = self.sum.wrapping_add(if both == 0 { edge } else { 0 });
+        // Sides of the cell that both ends of an edge are beyond, two bits an edge.
+        let at = i32x8::from(triangle.at);
+        let [low, high] = [cell.low.simd_gt(at), at.simd_gt(cell.high)].map(|beyond| beyond.to_bitmask());
+        let outside = (low & low >> 2) | (high & high >> 2);
+        let mut sum = 0u64;
+        for (k, edge) in [edge(p, q), edge(q, r), edge(r, p)].into_iter().enumerate() {
+            sum = sum.wrapping_add(if outside >> (2 * k) & 3 == 0 { edge } else { 0 });
         }
-        let middle = [0, 1].map(|side| 0.5 * (cell.low[side] + cell.high[side]));
-        let holds = |side: usize| {
-            let [low, high] = triangle.range(side);
-            (low <= middle[side]) & (middle[side] <= high)
-        };
-        if !(holds(0) & holds(1)) {
+        self.sum = self.sum.wrapping_add(if area < 0 { sum.wrapping_neg() } else { sum });
+        // The point lies between the corners, or all of them lie on one side of it.
+        let above = at.simd_gt(cell.points).to_bitmask();
+        if [above, above >> 1].iter().any(|above| matches!(above & 0b10101, 0 | 0b10101)) {
             return;
         }
-        let sides = [turn(a, b, middle), turn(b, c, middle), turn(c, a, middle)];
-        if !sides.contains(&-round) {
+        let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| self::area(a, b, cell.point).signum());
+        if !sides.contains(&-area.signum()) {
             self.unsure |= sides.contains(&0);
             self.over += 1;
         }
@@ -196,32 +222,28 @@ impl Layer {
     }
 }
 
-/// 1 if three points come counterclockwise, -1 if clockwise, 0 if that cannot be told.
+/// Twice the area that three points surround: above zero if they come counterclockwise, below if clockwise.
 #[inline(always)]
-fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> i8 {
-    let (one, other) = ((b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0]));
-    let area = one - other;
-    let noise = AREA_ROUNDINGS * (0.5 * f64::EPSILON) * (one.abs() + other.abs());
-    i8::from(area > noise) - i8::from(area < -noise)
+fn area(a: [i32; 2], b: [i32; 2], c: [i32; 2]) -> i64 {
+    let less = |a: [i32; 2], b: [i32; 2]| [i64::from(a[0] - b[0]), i64::from(a[1] - b[1])];
+    let (one, other) = (less(b, a), less(c, a));
+    one[0] * other[1] - one[1] * other[0]
 }
 
 /// A number for a corner.
 #[inline(always)]
-fn key(corner: [f64; 2]) -> u64 {
+fn key(corner: [f64; 2]) -> u32 {
     // Zeros of either sign are one.
     let [x, y] = corner.map(|x| (x + 0.0).to_bits());
-    mixed(x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ y.rotate_left(32))
+    let both = x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ y.rotate_left(32);
+    ((both ^ both >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32) as u32
 }
 
 /// A number for the edge between two corners, which changes its sign with the direction.
 #[inline(always)]
-fn edge(from: u64, to: u64) -> u64 {
-    let number = mixed(from.wrapping_add(to));
-    match from.cmp(&to) {
-        std::cmp::Ordering::Less => number,
-        std::cmp::Ordering::Equal => 0,
-        std::cmp::Ordering::Greater => number.wrapping_neg(),
-    }
+fn edge(from: u32, to: u32) -> u64 {
+    let number = mixed(u64::from(from) * u64::from(to));
+    if from > to { number.wrapping_neg() } else { number }
 }
 
 /// The finishing step of splitmix64, but for its last shift.
