@@ -37,7 +37,7 @@ const _: () = assert!((MOST_ACROSS + 2.0) * (PARTS as f64) < (1u64 << 30) as f64
 pub(super) struct Facet {
     /// Across and up, in parts of a cell from the face's first: its corners, and the first once more.
     at: [i32; 8],
-    /// Numbers of the corners, which triangles that share them have alike.
+    /// Halves of the corners' numbers: see [`corner`].
     keys: [u32; 3],
     /// Least and greatest depth, with room.
     pub near: f32,
@@ -187,7 +187,7 @@ impl Layer {
     #[inline(always)]
     pub fn add(&mut self, triangle: &Facet, cell: &Window) {
         let [ax, ay, bx, by, cx, cy, ..] = triangle.at;
-        let ([a, b, c], [p, q, r]) = ([[ax, ay], [bx, by], [cx, cy]], triangle.keys);
+        let [a, b, c] = [[ax, ay], [bx, by], [cx, cy]];
         let area = area(a, b, c);
         // Roundings move the sides of which it is the product by a part each.
         let noise: i64 = [bx - ax, by - ay, cx - ax, cy - ay].map(|side| i64::from(side.abs())).iter().sum();
@@ -199,6 +199,7 @@ impl Layer {
         let at = i32x8::from(triangle.at);
         let [low, high] = [cell.low.simd_gt(at), at.simd_gt(cell.high)].map(|beyond| beyond.to_bitmask());
         let outside = (low & low >> 2) | (high & high >> 2);
+        let [p, q, r] = [(0, a), (1, b), (2, c)].map(|(k, place)| corner(triangle.keys[k], place));
         let mut sum = 0u64;
         for (k, edge) in [edge(p, q), edge(q, r), edge(r, p)].into_iter().enumerate() {
             sum = sum.wrapping_add(if outside >> (2 * k) & 3 == 0 { edge } else { 0 });
@@ -230,7 +231,14 @@ fn area(a: [i32; 2], b: [i32; 2], c: [i32; 2]) -> i64 {
     one[0] * other[1] - one[1] * other[0]
 }
 
-/// A number for a corner.
+/// The number of a corner, which triangles that share it have alike and others do not: to take two corners for one might close a
+/// gap, and half of the bits are too few where there are millions. What the place adds need not be kept.
+#[inline(always)]
+fn corner(key: u32, [x, y]: [i32; 2]) -> u64 {
+    u64::from(key) << 32 | u64::from((x as u32).rotate_left(16) ^ y as u32)
+}
+
+/// What a corner's place at depth 1 adds to its number.
 #[inline(always)]
 fn key(corner: [f64; 2]) -> u32 {
     // Zeros of either sign are one.
@@ -241,9 +249,13 @@ fn key(corner: [f64; 2]) -> u32 {
 
 /// A number for the edge between two corners, which changes its sign with the direction.
 #[inline(always)]
-fn edge(from: u32, to: u32) -> u64 {
-    let number = mixed(u64::from(from) * u64::from(to));
-    if from > to { number.wrapping_neg() } else { number }
+fn edge(from: u64, to: u64) -> u64 {
+    let number = mixed(from.wrapping_add(to));
+    match from.cmp(&to) {
+        std::cmp::Ordering::Less => number,
+        std::cmp::Ordering::Equal => 0,
+        std::cmp::Ordering::Greater => number.wrapping_neg(),
+    }
 }
 
 /// The finishing step of splitmix64, but for its last shift.
