@@ -55,10 +55,8 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         for k in bits(which) {
             let state = &mut packets[k];
             // (Live rays are waiting for something.)
-            let lanes = match counts {
-                true => self.composites(run, k, state.live()),
-                false => self.run(run, k, state.live()),
-            };
+            let lanes =
+                if counts { self.composites(run, k, state.live()) } else { self.run(run, k, state.live()) };
             if lanes != 0 {
                 if ANY {
                     self.blocker = Some(*run);
@@ -169,9 +167,10 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// The same for what blocks, and for what is only noted.
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        match run.kind == COMPOSITE {
-            true => self.composites(run, packet, lanes),
-            false => self.primitives(run, packet..packet + 1, lanes),
+        if run.kind == COMPOSITE {
+            self.composites(run, packet, lanes)
+        } else {
+            self.primitives(run, packet..packet + 1, lanes)
         }
     }
 

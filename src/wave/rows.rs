@@ -272,9 +272,10 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
         let mut changed = 0;
         for (k, query) in queries.iter_mut().enumerate() {
             let lanes = lanes & query.waiting::<ANY>();
-            changed = match lanes {
-                0 => 0,
-                _ => rows.test(block, (query, views.of(first + k)), (lanes, ANY), count),
+            changed = if lanes == 0 {
+                0
+            } else {
+                rows.test(block, (query, views.of(first + k)), (lanes, ANY), count)
             };
         }
         changed
