@@ -34,12 +34,6 @@ pub(super) enum Frame {
 /// still looks.
 const DISTANCE_ROUNDINGS: f64 = 8.0;
 
-/// Each lane rounded to another precision.
-#[inline(always)]
-fn cast<L: Lane, M: Lane>(x: L) -> M {
-    M::from_f64s(x.to_f64s())
-}
-
 impl<B: Scalar> Packet<B> {
     /// Becomes rays up to distance `t_far` in lanes `active`; the others hold no ray. (In place: packets are large, and
     /// to move one costs as much as a test.)
@@ -48,7 +42,7 @@ impl<B: Scalar> Packet<B> {
         let (origin, dir) = (rays.origin - Vec3::splat(bvh.origin), &rays.dir);
         let inverse = dir.cast::<B::Lane>().slab_inverse();
         let inverse = [inverse.x, inverse.y, inverse.z];
-        let mut own = [origin.x, origin.y, origin.z].map(cast::<L, B::Lane>);
+        let mut own = [origin.x, origin.y, origin.z].map(L::cast::<B::Lane>);
         self.eye = own;
         let [min, max] = bvh.entry;
         // Where the ray enters the bounds: it starts there, so that a far eye is no less exact than a near one.
@@ -85,7 +79,7 @@ impl<B: Scalar> Packet<B> {
     /// A distance along the rays as this packet's boxes count it, rounded up.
     #[inline(always)]
     pub fn far_of<L: Lane>(&self, t: L) -> B::Lane {
-        let t = cast::<L, B::Lane>(t);
+        let t = t.cast::<B::Lane>();
         (t - self.start) + t * B::Lane::lit(DISTANCE_ROUNDINGS * B::UNIT_ROUNDOFF)
     }
 

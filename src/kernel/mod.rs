@@ -205,7 +205,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        first_beyond(self.roots_seen(i, rays, view, left).as_ref(), looking.from)
+        first_beyond(self.roots_seen(i, rays, view, left).as_ref().iter().copied(), looking.from)
     }
 
     /// True if the kind has a test of one ray against four rows.
@@ -308,9 +308,9 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
 
 /// The first of rising crossings that lies beyond `from`, NaN where none does.
 #[inline(always)]
-pub(crate) fn first_beyond<L: Lane>(roots: &[L], from: L) -> L {
+pub(crate) fn first_beyond<L: Lane>(roots: impl DoubleEndedIterator<Item = L>, from: L) -> L {
     let mut t = L::lit(f64::NAN);
-    for &root in roots.iter().rev() {
+    for root in roots.rev() {
         t = root.gt(from).select(root, t);
     }
     t

@@ -8,7 +8,7 @@
 
 use super::frame::{Frames, narrowed, widened};
 use super::univariate::{Step, Univariate, steps};
-use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
 use smallvec::SmallVec;
@@ -227,11 +227,7 @@ impl<S: Scalar> Polynomials<S> {
     ) -> S::Lane {
         let roots = self.solved::<N>(i, rays, left, Some(looking));
         roots.map_or(S::Lane::lit(f64::NAN), |Roots { t, len, .. }| {
-            let beyond = |first: S::Lane, t: &f64x8| {
-                let t = S::Lane::from_f64s(*t);
-                t.gt(looking.from).select(t, first)
-            };
-            t[..len].iter().rev().fold(S::Lane::lit(f64::NAN), beyond)
+            first_beyond(t[..len].iter().map(|&t| S::Lane::from_f64s(t)), looking.from)
         })
     }
 

@@ -370,15 +370,19 @@ impl<S: Scalar> Tori<S> {
         others & coin.may_meet(&coin.own(rays, self.frames.center(i)), from, to).cast()
     }
 
-    /// Crossings in f64 of the rays of own space, NaN for none: of lanes that start here, and of `others`. `wanted` by `t`.
+    /// Crossings in f64, NaN for none, with the rays of own space; `None` if there are none at all. `wanted` by `t`.
     #[inline(always)]
     fn crossings(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        (left, others): (Option<&Left<S::Lane>>, Mask<f64x8>),
+        left: Option<&Left<S::Lane>>,
         wanted: &Wanted,
-    ) -> ([f64x8; 4], Rays<f64x8>) {
+    ) -> Option<([f64x8; 4], Rays<f64x8>)> {
+        let others = self.approached_by(i, rays, left, wanted);
+        if left.is_none() && others.none() {
+            return None;
+        }
         let frame = self.frames.at(i);
         let own = frame.in_f64().rays(&rays.in_f64());
         let ring = self.ring(i);
@@ -398,7 +402,7 @@ impl<S: Scalar> Tori<S> {
                 *root = on.select(other, *root);
             }
         }
-        (roots, own)
+        Some((roots, own))
     }
 
     /// All crossings, sorted, NaN last.
@@ -409,13 +413,10 @@ impl<S: Scalar> Tori<S> {
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
     ) -> ([f64x8; 4], Rays<f64x8>) {
-        let wanted = Wanted::all();
-        let others = self.approached_by(i, rays, left, &wanted);
-        if left.is_none() && others.none() {
-            return ([f64x8::lit(f64::NAN); 4], Rays::default());
+        match self.crossings(i, rays, left, &Wanted::all()) {
+            Some((roots, own)) => (sorted(roots), own),
+            None => ([f64x8::lit(f64::NAN); 4], Rays::default()),
         }
-        let (roots, own) = self.crossings(i, rays, (left, others), &wanted);
-        (sorted(roots), own)
     }
 }
 
@@ -444,12 +445,10 @@ impl<S: Scalar> Block<S> for Tori<S> {
     ) -> S::Lane {
         let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
         let wanted = Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true };
-        let others = self.approached_by(i, rays, left, &wanted);
-        if left.is_none() && others.none() {
-            return S::Lane::lit(f64::NAN);
+        match self.crossings(i, rays, left, &wanted) {
+            Some((roots, _)) => least_beyond(&roots.map(S::Lane::from_f64s), looking.from),
+            None => S::Lane::lit(f64::NAN),
         }
-        let (roots, _) = self.crossings(i, rays, (left, others), &wanted);
-        least_beyond(&roots.map(S::Lane::from_f64s), looking.from)
     }
 
     /// Rays that leave its outer half or pass through the hole, in double precision only: in single that is a matter of roundings.

@@ -351,7 +351,7 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         let Four(columns) = &self.fours[i / 4];
         let column = |k: usize| S::Lane::splat(columns[k][i % 4]);
         let three = |k: usize| Vec3::new(column(k), column(k + 1), column(k + 2));
-        first_beyond(&[finite(to_plane(three(0), three(9), rays, through))], from)
+        first_beyond(std::iter::once(finite(to_plane(three(0), three(9), rays, through))), from)
     }
 
     #[inline(always)]

@@ -40,8 +40,8 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
-        let counts = !ANY || run.class & class::BLOCKS != 0;
-        if run.kind != COMPOSITE && counts {
+        let noted = Self::only_notes(run);
+        if run.kind != COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
             let test = TestPackets::<S, B, C, ANY> { rows, which, packets, queries, views, count };
@@ -56,7 +56,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             let state = &mut packets[k];
             // (Live rays are waiting for something.)
             let lanes =
-                if counts { self.composites(run, k, state.live()) } else { self.run(run, k, state.live()) };
+                if noted { self.run(run, k, state.live()) } else { self.composites(run, k, state.live()) };
             if lanes != 0 {
                 if ANY {
                     self.blocker = Some(*run);
@@ -79,7 +79,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     fn single(&mut self, run: &Run, lone: &Lone<S>, state: &Packet<B>, far: B) -> B {
         let (packet, lane) = (lone.packet, lone.lane & (LANES - 1));
         let before = self.queries[packet].t.lanes()[lane];
-        let found = if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
+        let found = if run.kind == COMPOSITE || Self::only_notes(run) {
             None
         } else {
             let (rows, query) = (rows(self.scene, run), &mut self.queries[packet]);
@@ -137,10 +137,16 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.run(run, packet, 1 << lane) != 0
     }
 
+    /// True if what rays meet of a run lets them go on: see-through things in the way of shadow rays.
+    #[inline(always)]
+    fn only_notes(run: &Run) -> bool {
+        ANY && run.class & class::BLOCKS == 0
+    }
+
     /// Tests a run against all packets.
     #[inline]
     pub fn run_all(&mut self, run: &Run) {
-        if run.kind == COMPOSITE || (ANY && run.class & class::BLOCKS == 0) {
+        if run.kind == COMPOSITE || Self::only_notes(run) {
             for k in 0..self.queries.len() {
                 self.run(run, k, !0);
             }
@@ -157,7 +163,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         if lanes == 0 {
             return 0;
         }
-        if ANY && run.class & class::BLOCKS == 0 {
+        if Self::only_notes(run) {
             self.note(run, packet, lanes);
             return 0;
         }

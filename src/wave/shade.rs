@@ -30,12 +30,11 @@ pub fn shade<S: Scalar, B: Scalar>(
     emit.counts.shaded += 1;
     emit.counts.hits += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
-    let active = Mask::<f32x8>::from_bits(hit.active);
     let crossings = Crossings::of(scene, program, hit, emit.media);
     let adc = f32x8::lit(scene.globals.adc_bailout);
     let one = f32x8::lit(1.0);
 
-    let mut live = active;
+    let mut live = Mask::<f32x8>::from_bits(hit.active);
     // In double precision, or it would matter whether a lamp's light is added here or when its shadow rays are through.
     let mut local = Vec3::<f64x8>::lit(0.0);
     let mut filter = Vec3::lit(1.0);

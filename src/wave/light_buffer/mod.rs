@@ -138,7 +138,7 @@ impl LightBuffer {
     ) {
         let way = point - Vec3::splat(self.location);
         // Single precision tells faces and cells apart, once differences have been taken.
-        let single = |x: L| f32x8::from_f64s(x.to_f64s());
+        let single = L::cast::<f32x8>;
         let [x, y, z] = [way.x, way.y, way.z].map(|w| single(w).abs());
         let along_x = (x.ge(y) & x.ge(z)).bits();
         let along_y = y.ge(z).bits() & !along_x;

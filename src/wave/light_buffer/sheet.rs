@@ -188,10 +188,10 @@ impl Layer {
     pub fn add(&mut self, triangle: &Facet, cell: &Window) {
         let [ax, ay, bx, by, cx, cy, ..] = triangle.at;
         let [a, b, c] = [[ax, ay], [bx, by], [cx, cy]];
-        let area = area(a, b, c);
+        let turned = area(a, b, c);
         // Roundings move the sides of which it is the product by a part each.
         let noise: i64 = [bx - ax, by - ay, cx - ax, cy - ay].map(|side| i64::from(side.abs())).iter().sum();
-        if area.abs() <= noise + 2 {
+        if turned.abs() <= noise + 2 {
             self.unsure = true;
             return;
         }
@@ -204,14 +204,14 @@ impl Layer {
         for (k, edge) in [edge(p, q), edge(q, r), edge(r, p)].into_iter().enumerate() {
             sum = sum.wrapping_add(if outside >> (2 * k) & 3 == 0 { edge } else { 0 });
         }
-        self.sum = self.sum.wrapping_add(if area < 0 { sum.wrapping_neg() } else { sum });
+        self.sum = self.sum.wrapping_add(if turned < 0 { sum.wrapping_neg() } else { sum });
         // The point lies between the corners, or all of them lie on one side of it.
         let above = at.simd_gt(cell.points).to_bitmask();
         if [above, above >> 1].iter().any(|above| matches!(above & 0b10101, 0 | 0b10101)) {
             return;
         }
-        let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| self::area(a, b, cell.point).signum());
-        if !sides.contains(&-area.signum()) {
+        let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| area(a, b, cell.point).signum());
+        if !sides.contains(&-turned.signum()) {
             self.unsure |= sides.contains(&0);
             self.over += 1;
         }
@@ -243,8 +243,7 @@ fn corner(key: u32, [x, y]: [i32; 2]) -> u64 {
 fn key(corner: [f64; 2]) -> u32 {
     // Zeros of either sign are one.
     let [x, y] = corner.map(|x| (x + 0.0).to_bits());
-    let both = x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ y.rotate_left(32);
-    ((both ^ both >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32) as u32
+    (mixed(x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ y.rotate_left(32)) >> 32) as u32
 }
 
 /// A number for the edge between two corners, which changes its sign with the direction.
