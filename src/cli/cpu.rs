@@ -50,6 +50,11 @@ mod x86 {
             $do!("AVX2", "avx2", Leaf::Extended, 5);
             $do!("BMI1", "bmi1", Leaf::Extended, 3);
             $do!("BMI2", "bmi2", Leaf::Extended, 8);
+            $do!("AVX512F", "avx512f", Leaf::Extended, 16);
+            $do!("AVX512DQ", "avx512dq", Leaf::Extended, 17);
+            $do!("AVX512CD", "avx512cd", Leaf::Extended, 28);
+            $do!("AVX512BW", "avx512bw", Leaf::Extended, 30);
+            $do!("AVX512VL", "avx512vl", Leaf::Extended, 31);
             $do!("LZCNT", "lzcnt", Leaf::Amd, 5);
         };
     }
@@ -83,9 +88,7 @@ mod x86 {
         }
         for_each_feature!(look);
         if missing {
-            say(
-                "; this octray was built for CPUs with AVX2 and FMA (2013 and later): build it for this machine with `",
-            );
+            say("; this octray was built for newer CPUs: build it for this machine with `");
             say(BUILD_HERE);
             say("`\n");
             std::process::exit(3);
