@@ -1,7 +1,7 @@
 //! How many of eight lanes work: counted by a walk of its own, so that it costs nothing where nobody asks.
 
 use serde::Serialize;
-use std::ops::{AddAssign, Sub};
+use std::ops::AddAssign;
 
 /// What a walk tells of its tests. A test is one of eight lanes, whatever they hold: a node's boxes against a group, a
 /// box against a group's packets or against rays, a primitive against rays, primitives against a ray.
@@ -58,14 +58,6 @@ impl Count for Occupancy {
 
     fn leaf(&mut self, lanes: u32) {
         self.leaf.count(lanes);
-    }
-}
-
-impl Sub for Occupancy {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        let less = |a: Tests, b: Tests| Tests { tests: a.tests - b.tests, lanes: a.lanes - b.lanes };
-        Self { boxes: less(self.boxes, other.boxes), leaf: less(self.leaf, other.leaf) }
     }
 }
 

@@ -70,7 +70,7 @@ pub fn render(
         done(y, &pixels, &tracer.counts);
         tracer.counts
     };
-    let counts: Vec<RayCounts> = (0..height).into_par_iter().map(row).collect();
+    let counts: Vec<RayCounts> = (0..height).into_par_iter().with_max_len(1).map(row).collect();
     let mut total = RayCounts::default();
     counts.iter().for_each(|counts| total.add(counts));
     total

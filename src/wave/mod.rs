@@ -39,8 +39,7 @@ use glam::DVec3;
 use light::LightProgram;
 use query::{GROUP, Query};
 use queue::Lines;
-use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 pub use surround::LightBuffers;
 use surround::surround;
@@ -102,21 +101,24 @@ pub fn render<S: Scalar, B: Scalar>(
             })
         })
         .collect();
-    let result = Mutex::new((RayCounts::default(), Occupancy::default()));
-    tiles.into_par_iter().for_each_init(
-        || (TileWorker::new(&shared, schedule.traversal, count), Vec::new()),
-        |(worker, pixels), area| {
-            let before = worker.occupancy();
-            let tile_counts = worker.render(&shared, area, pixels);
-            let tile_occupancy = worker.occupancy() - before;
-            done(Tile { corner: (area.x, area.y), width: area.width, pixels, rays: &tile_counts });
-            let mut result = result.lock().unwrap_or_else(PoisonError::into_inner);
-            let (counts, occupancy) = &mut *result;
-            counts.add(&tile_counts);
-            *occupancy += tile_occupancy;
-        },
-    );
-    result.into_inner().unwrap_or_else(PoisonError::into_inner)
+    // Each thread takes the next tile when it is done with one: tiles are not alike, and stretches of them even less.
+    let next = AtomicUsize::new(0);
+    let by_thread = rayon::broadcast(|_| {
+        let mut worker = TileWorker::new(&shared, schedule.traversal, count);
+        let (mut counts, mut pixels) = (RayCounts::default(), Vec::new());
+        while let Some(area) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let rays = worker.render(&shared, *area, &mut pixels);
+            done(Tile { corner: (area.x, area.y), width: area.width, pixels: &pixels, rays: &rays });
+            counts.add(&rays);
+        }
+        (counts, worker.occupancy())
+    });
+    let (mut counts, mut occupancy) = (RayCounts::default(), Occupancy::default());
+    for (of_thread, tested) in &by_thread {
+        counts.add(of_thread);
+        occupancy += *tested;
+    }
+    (counts, occupancy)
 }
 
 /// What a ray meets first.

@@ -35,6 +35,8 @@ pub struct StreamHits<S> {
 
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 4096;
+/// And so many of them before others may have the rest: left to itself, rayon cuts the work of two threads in four.
+const MOST_CHUNKS: usize = 4;
 
 /// A direction whose length squared is this near to 1 is taken as it is: it was made a unit vector in single
 /// precision, and to do it again would only turn it by another rounding.
@@ -121,7 +123,7 @@ pub fn trace_stream<S: Scalar, B: Scalar>(
     hits: &mut StreamHits<S>,
 ) {
     let chunks = hits.t.par_chunks_mut(CHUNK).zip(hits.surface.par_chunks_mut(CHUNK)).enumerate();
-    chunks.for_each_init(
+    chunks.with_max_len(MOST_CHUNKS).for_each_init(
         || (Tracer::with(traversal), Vec::with_capacity(GROUP)),
         |(tracer, queries), (chunk, (t, surface))| {
             trace_chunk(scene, stream, chunk * CHUNK, tracer, queries, (t, surface));
