@@ -4,7 +4,7 @@ use super::light::LightProgram;
 use super::light_buffer::{Casters, Room, are_worth_it, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
-use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// Whether lights have buffers. The picture is the same but for the order in which light is summed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,11 +42,13 @@ pub fn surround<S: Scalar, B: Scalar>(
         LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,
         LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
     };
-    // A thread takes several lights one after the other, for which it needs memory once.
-    let share = lights.len().div_ceil(rayon::current_num_threads()).max(1);
-    lights.par_chunks_mut(share).for_each(|lights| {
+    // Each thread takes the next light when it is done with one, and needs memory once for all of its.
+    let waiting = Mutex::new(lights.iter_mut());
+    rayon::broadcast(|_| {
         let mut room = Room::default();
-        for light in lights {
+        loop {
+            let next = waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(light) = next else { break };
             let around = |place| fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
             light.buffer = light.shadow_point().map(around);
         }
