@@ -1,7 +1,9 @@
-"""octray beside POV-Ray on whole frames: `python frames.py OCTRAY OUT SCENE... [--rounds N] [--size WxH] [-L DIR]`.
+"""octray beside POV-Ray on whole frames.
 
-Rounds are interleaved: of each scene a frame by POV-Ray with one thread, then octray in each precision with one thread
-and with two. Compared is the time of tracing alone, as each program reports it: POV-Ray's processor seconds of the trace,
+`python frames.py OCTRAY OUT SCENE... [--rounds N] [--size WxH] [--no-two] [-L DIR]`
+
+Rounds are interleaved: of each scene a frame by POV-Ray with one thread, then octray in each precision with one thread,
+and `exact` with two. Compared is the time of tracing alone, as each program reports it: POV-Ray's processor seconds of the trace,
 octray's wall-clock seconds of its one thread (at least its processor seconds, so octray is never flattered). Figures
 are medians over rounds. Writes OUT/frames.csv and OUT/frames.md.
 

@@ -70,6 +70,7 @@ pub fn render(
         done(y, &pixels, &tracer.counts);
         tracer.counts
     };
+    // One row at a time: rows are not alike, and a stretch that a thread has begun is not shared any more.
     let counts: Vec<RayCounts> = (0..height).into_par_iter().with_max_len(1).map(row).collect();
     let mut total = RayCounts::default();
     counts.iter().for_each(|counts| total.add(counts));
