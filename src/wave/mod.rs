@@ -39,7 +39,7 @@ use glam::DVec3;
 use light::LightProgram;
 use query::{GROUP, Query};
 use queue::Lines;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
 pub use surround::LightBuffers;
 use surround::surround;
@@ -90,24 +90,19 @@ pub fn render<S: Scalar, B: Scalar>(
     surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let tile = schedule.tile.max(1);
-    let tiles: Vec<TileArea> = (0..height)
-        .step_by(tile)
-        .flat_map(|y| {
-            (0..width).step_by(tile).map(move |x| TileArea {
-                x,
-                y,
-                width: tile.min(width - x),
-                height: tile.min(height - y),
-            })
+    let tiles = (0..height).step_by(tile).flat_map(|y| {
+        (0..width).step_by(tile).map(move |x| TileArea {
+            x,
+            y,
+            width: tile.min(width - x),
+            height: tile.min(height - y),
         })
-        .collect();
-    // Each thread takes the next tile when it is done with one: tiles are not alike, and stretches of them even less.
-    let next = AtomicUsize::new(0);
-    let by_thread = rayon::broadcast(|_| {
+    });
+    let by_thread = hand_out(tiles, |tiles| {
         let mut worker = TileWorker::new(&shared, schedule.traversal, count);
         let (mut counts, mut pixels) = (RayCounts::default(), Vec::new());
-        while let Some(area) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let rays = worker.render(&shared, *area, &mut pixels);
+        for area in tiles {
+            let rays = worker.render(&shared, area, &mut pixels);
             done(Tile { corner: (area.x, area.y), width: area.width, pixels: &pixels, rays: &rays });
             counts.add(&rays);
         }
@@ -119,6 +114,17 @@ pub fn render<S: Scalar, B: Scalar>(
         occupancy += *tested;
     }
     (counts, occupancy)
+}
+
+/// Each thread of the current pool works on what it takes from `items`, the next one when it is done with one: they are not
+/// alike, and stretches of them even less. Returns what the threads make of theirs.
+fn hand_out<T, R: Send>(
+    items: impl Iterator<Item = T> + Send,
+    work: impl Fn(&mut dyn Iterator<Item = T>) -> R + Sync,
+) -> Vec<R> {
+    let waiting = Mutex::new(items);
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+    rayon::broadcast(|_| work(&mut std::iter::from_fn(next)))
 }
 
 /// What a ray meets first.

@@ -1,10 +1,10 @@
 //! Which lights have buffers, and how fine.
 
+use super::hand_out;
 use super::light::LightProgram;
 use super::light_buffer::{Casters, Room, are_worth_it, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
-use std::sync::{Mutex, PoisonError};
 
 /// Whether lights have buffers. The picture is the same but for the order in which light is summed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,13 +42,10 @@ pub fn surround<S: Scalar, B: Scalar>(
         LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,
         LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
     };
-    // Each thread takes the next light when it is done with one, and needs memory once for all of its.
-    let waiting = Mutex::new(lights.iter_mut());
-    rayon::broadcast(|_| {
+    hand_out(lights.iter_mut(), |lights| {
+        // Memory that is needed once for all lights of a thread.
         let mut room = Room::default();
-        loop {
-            let next = waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some(light) = next else { break };
+        for light in lights {
             let around = |place| fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
             light.buffer = light.shadow_point().map(around);
         }

@@ -200,6 +200,9 @@ proptest! {
             let off: Vec<_> = film.pixels.iter().map(|p| p.rgb).filter(|rgb| rgb.iter().copied().any(is_off)).collect();
             let lost = if way == "fast" { CORNERS } else { 0 };
             prop_assert!(off.len() <= lost, "{way}: {off:?}, right is {right}");
+            // What got out brings the light of some bounces less.
+            let got_out = |c: f32| (1..levels).any(|k| (f64::from(c) - (1.0 - share.powi(k as i32))).abs() <= bound);
+            prop_assert!(off.iter().flatten().copied().all(got_out), "{way}: {off:?}");
         }
     }
 
