@@ -51,12 +51,13 @@ impl Developer {
 struct Steps {
     /// The least light of each code but 0.
     first: [f32; 255],
-    /// The code of the least light of each exponent and its highest bits of mantissa.
+    /// The code of the least light of each exponent and its highest bits of mantissa, from those of code 1 on.
     start: Vec<u8>,
 }
 
-/// Bits of a float that do not tell its start: 128 starts for each power of two, so that few lights are a step beyond theirs.
-const BELOW_START: u32 = 16;
+/// Bits of a float that do not tell its start: 1024 starts for each power of two, so that few lights are a step beyond theirs. (Of
+/// 128 for the brighter half of sRGB every other has a step in it, and its lights' codes are not to be guessed.)
+const BELOW_START: u32 = 13;
 
 impl Steps {
     fn new(transfer: Transfer) -> Self {
@@ -71,18 +72,23 @@ impl Steps {
             f32::from_bits(at)
         };
         let first: [f32; 255] = std::array::from_fn(|k| first_of(k as u16 + 1));
-        let code = |light: f32| first.partition_point(|&first| light >= first) as u8;
-        let starts = 0..=1f32.to_bits() >> BELOW_START;
-        Self { first, start: starts.map(|start| code(f32::from_bits(start << BELOW_START))).collect() }
+        let mut code = 0;
+        let starts = first[0].to_bits() >> BELOW_START..=1f32.to_bits() >> BELOW_START;
+        let start = starts.map(|start| {
+            let light = f32::from_bits(start << BELOW_START);
+            code += first[usize::from(code)..].iter().take_while(|&&first| light >= first).count() as u8;
+            code
+        });
+        Self { first, start: start.collect() }
     }
 
     #[inline]
     fn code(&self, light: f32) -> u8 {
         // A NaN fails the comparison.
-        if !(light > 0.0) {
+        if !(light >= self.first[0]) {
             return 0;
         }
-        let start = light.to_bits() >> BELOW_START;
+        let start = (light.to_bits() >> BELOW_START) - (self.first[0].to_bits() >> BELOW_START);
         let mut code = self.start.get(start as usize).map_or(255, |&code| usize::from(code));
         while self.first.get(code).is_some_and(|&first| light >= first) {
             code += 1;
