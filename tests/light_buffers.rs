@@ -74,8 +74,8 @@ fn answers_are_those_of_tracing() {
             let over = (0..traced.pixels.len()).filter(|&k| differs(k)).count();
             assert!(over <= outlines, "{room}: {over} pixels in {precision:?}");
             assert_eq!(none, 0.0);
-            // A quarter is, with the few cells of so small a picture; in single precision nothing is known of the far light.
-            assert!(share > 0.15, "{room}: {share} answered in {precision:?}");
+            // A third is, with the few cells of so small a picture; in single precision nothing is known of the far light.
+            assert!(share > 0.28, "{room}: {share} answered in {precision:?}");
         }
     }
 }

@@ -5,10 +5,10 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::{Known, LightBuffer, Ways};
-use super::query::start_rounding;
+use super::light_buffer::{Known, LightBuffer};
+use super::query::Query;
+use super::queue::Lines;
 use crate::compile::Compiled;
-use crate::kernel::Rays;
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Rgb;
 use crate::texture::{Colors, LayerProgram};
@@ -31,6 +31,8 @@ pub struct Lamp<L: Lane> {
     free: u8,
     /// What its buffer has told of it.
     known: Known,
+    /// For what is asked of that.
+    asking: Query<L>,
 }
 
 impl<L: Lane> Lamp<L> {
@@ -76,9 +78,10 @@ impl<L: Lane> Lamp<L> {
             }
             known.keep(asked);
             if known.doubtful != 0 {
-                let rays = Rays { origin: hit.point, dir };
-                let limits = (start_rounding(&hit.point), before_light(hit, distance));
-                buffer.ask(scene, &Ways { rays: &rays, limits, left: &hit.surface }, known);
+                let mut lines = Lines::default();
+                hit.leave(dir, &mut lines);
+                self.asking.aim(&lines, before_light(hit, distance), known.doubtful);
+                buffer.ask(scene, &mut self.asking, known);
             }
             *answered += u64::from((known.free | known.blocked).count_ones());
             bright &= !known.blocked;

@@ -131,7 +131,7 @@ pub struct Rows<'a> {
 impl Rows<'_> {
     /// Tests them against the lanes given of one packet, with `any` until each has met one: the lanes that have.
     #[inline(always)]
-    fn test<S: Scalar, K: Block<S>>(
+    pub fn test<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
         (query, view): (&mut Query<S::Lane>, &View<S::Lane>),

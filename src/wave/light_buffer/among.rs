@@ -1,9 +1,12 @@
 //! Shadow rays against the few things that stand in their cell.
 
+use super::super::query::Query;
+use super::super::rows::Rows;
 use super::casters::Caster;
-use crate::compile::{Compiled, Kind, SurfaceId, WithBlock};
-use crate::kernel::{Block, Ray, Rays, View};
-use crate::lane::{LANES, Lane, QUAD, Quad, Scalar};
+use crate::bvh::Run;
+use crate::compile::{COMPOSITE, Compiled, SurfaceId, WithBlock};
+use crate::kernel::{Block, Ray, View};
+use crate::lane::{LANES, Lane, QUAD, Quad, Scalar, bits, f32x8};
 use std::cmp::Ordering;
 
 /// Opaque rows of one kind that stand together in their columns.
@@ -45,77 +48,100 @@ pub(super) fn list(candidates: &mut Vec<Candidate>, first: usize, (kind, row): (
 
 /// True of casters that lists may hold.
 pub(super) fn is_listed(caster: &Caster) -> bool {
-    caster.opaque && caster.kind == Kind::Sphere as u8
+    caster.opaque && caster.kind != COMPOSITE
 }
 
-/// Eight ways to a light.
-pub struct Ways<'a, S: Scalar> {
-    /// As rays from surfaces.
-    pub rays: &'a Rays<S::Lane>,
-    /// Hits at or before the one do not count, nor those at or beyond the other.
-    pub limits: (S::Lane, S::Lane),
-    /// The surfaces they start on.
-    pub left: &'a [SurfaceId; LANES],
+/// Some of the ways of eight points to a light: as a query, and as they see corners.
+pub(super) struct Ways<'a, S: Scalar> {
+    pub query: &'a mut Query<S::Lane>,
+    pub view: &'a View<S::Lane>,
+    /// In the points' cells.
+    pub depths: &'a [f32; LANES],
 }
 
-/// Whether anything of `candidates` is in the way in lane `lane`, which starts at `depth` in their cell; as tracing has it, to the
+/// With so many ways through one cell they are held against its list together, row by row: fewer each by itself, four rows at a
+/// time.
+const TOGETHER: u32 = 4;
+
+/// The ways of `lanes`, all of which start in one cell, that anything of its list `candidates` is in; as tracing has it, to the
 /// bit.
-pub(super) fn meets<S: Scalar, B: Scalar>(
+pub(super) fn met<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     candidates: &[Candidate],
-    ways: &Ways<S>,
-    (view, lane): (&View<S::Lane>, usize),
-    depth: f32,
-) -> bool {
-    let ray = Ray::of(ways.rays, view, lane);
-    let limits = (ways.limits.0.lanes()[lane], ways.limits.1.lanes()[lane]);
-    let own = ways.left[lane];
-    let mut rest = candidates;
-    while let Some(first) = rest.first() {
-        let base = scene.base[usize::from(first.kind)];
-        let test = Meets { rest: &mut rest, ray: &ray, limits, own: own.wrapping_sub(base), depth };
-        if scene.columns.with(first.kind, test) {
-            return true;
+    ways: &mut Ways<S>,
+    lanes: u8,
+) -> u8 {
+    let mut met = 0;
+    for alike in candidates.chunk_by(|a, b| a.kind == b.kind) {
+        let kind = alike[0].kind;
+        let (base, open) = (scene.base[usize::from(kind)], lanes & !met);
+        met |= scene.columns.with(kind, Meets { alike, base, rank: &scene.rank, ways, lanes: open });
+        if met == lanes {
+            break;
         }
     }
-    false
+    met
 }
 
-/// The test of a list's first candidates that are of one kind, which it takes off.
+/// The test of candidates of one kind, the nearest first.
 struct Meets<'a, 'b, S: Scalar> {
-    rest: &'a mut &'b [Candidate],
-    ray: &'a Ray<S>,
-    limits: (S, S),
-    /// The row that the ray starts on, or one that is none.
-    own: u32,
-    depth: f32,
+    alike: &'a [Candidate],
+    /// Surface number of the kind's first row.
+    base: SurfaceId,
+    rank: &'a [u32],
+    ways: &'a mut Ways<'b, S>,
+    lanes: u8,
 }
 
 impl<S: Scalar> WithBlock<S> for Meets<'_, '_, S> {
-    type Output = bool;
+    type Output = u8;
 
     #[inline(always)]
-    fn block<K: Block<S>>(self, block: &K) -> bool {
-        let Self { rest, ray, limits, own, depth } = self;
-        let kind = rest.first().map_or(0, |first| first.kind);
-        while let Some((first, others)) = rest.split_first() {
-            if first.kind != kind {
-                return false;
-            }
-            if first.near > depth {
-                break; // And so are all after it.
-            }
-            *rest = others;
-            let own = own.wrapping_sub(QUAD as u32 * first.four);
+    fn block<K: Block<S>>(self, block: &K) -> u8 {
+        if !K::ACROSS || self.lanes.count_ones() >= TOGETHER {
+            return self.together(block);
+        }
+        bits(self.lanes).fold(0, |met, lane| met | u8::from(self.alone(block, lane)) << lane)
+    }
+}
+
+impl<S: Scalar> Meets<'_, '_, S> {
+    /// One way, four rows at a time.
+    #[inline(always)]
+    fn alone<K: Block<S>>(&self, block: &K, lane: usize) -> bool {
+        let Ways { query, view, depths } = &*self.ways;
+        let lane = lane & (LANES - 1);
+        let ray = Ray::of(&query.rays, view, lane);
+        let limits = (query.t_min.lanes()[lane], query.t.lanes()[lane]);
+        let own = query.left[lane].wrapping_sub(self.base);
+        self.alike.iter().take_while(|candidate| candidate.near <= depths[lane]).any(|candidate| {
+            let own = own.wrapping_sub(QUAD as u32 * candidate.four);
             let left = if own < QUAD as u32 { 1 << own } else { 0 };
-            let (t, near) = block.near_in_four(first.four as usize, ray, limits, left);
-            let near = near & first.rows;
+            let (t, near) = block.near_in_four(candidate.four as usize, &ray, limits, left);
+            let near = near & candidate.rows;
             // Nothing is at the limit itself.
-            if near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1) {
-                return true;
+            near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1)
+        })
+    }
+
+    /// Several ways, row by row. (A call, as some kinds' tests need more of the stack than it takes to clear.)
+    #[inline(never)]
+    fn together<K: Block<S>>(self, block: &K) -> u8 {
+        let Self { alike, base, rank, ways, lanes } = self;
+        let Ways { query, view, depths } = ways;
+        let depths = f32x8::from_array(**depths);
+        let mut met = 0;
+        for &Candidate { four, kind, rows, near } in alike {
+            let before = f32x8::splat(near).le(depths).bits() & lanes & !met;
+            if before == 0 {
+                break;
+            }
+            for k in bits(rows) {
+                let run = Run { kind, class: 0, last: true, len: 1, first: QUAD as u32 * four + k as u32 };
+                let rows = Rows { run: &run, base, rank };
+                met |= rows.test(block, (&mut **query, view), (before & !met, true), &mut ());
             }
         }
-        *rest = &[];
-        false
+        met
     }
 }

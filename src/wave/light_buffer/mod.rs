@@ -14,16 +14,16 @@ mod raster;
 mod seen;
 mod sheet;
 
-pub use among::Ways;
 pub use casters::{Casters, are_worth_it};
 pub use raster::{Room, fill};
 
+use super::query::Query;
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
 use crate::lane::{
-    LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
+    LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
 };
-use among::{Candidate, meets};
+use among::{Candidate, Ways, met};
 use casters::Region;
 use glam::DVec3;
 use std::ops::Range;
@@ -219,17 +219,28 @@ impl LightBuffer {
         known.doubtful &= open;
     }
 
-    /// Tells those of the lanes that [`LightBuffer::look`] left in doubt whose cells have lists.
+    /// Tells those of the lanes that [`LightBuffer::look`] left in doubt whose cells have lists; `query` asks for what is in their way.
     #[inline]
-    pub fn ask<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, ways: &Ways<S>, known: &mut Known) {
-        let view = if scene.has_triangles() { View::along(ways.rays.dir) } else { View::default() };
-        for k in bits(known.doubtful) {
-            let Some(list) = self.lists.get(known.cell[k] as usize) else { continue };
+    pub fn ask<S: Scalar, B: Scalar>(
+        &self,
+        scene: &Compiled<S, B>,
+        query: &mut Query<S::Lane>,
+        known: &mut Known,
+    ) {
+        let view = if scene.has_triangles() { View::along(query.rays.dir) } else { View::default() };
+        let mut ways = Ways { query, view: &view, depths: &known.depth };
+        let mut waiting = known.doubtful;
+        while waiting != 0 {
+            // Neighbours often lie in one cell.
+            let cell = known.cell[waiting.trailing_zeros() as usize & (LANES - 1)];
+            let same = equal_lanes(&known.cell, cell) & waiting;
+            waiting &= !same;
+            let Some(list) = self.lists.get(cell as usize) else { continue };
             let all = list.first as usize..list.first as usize + list.len as usize;
             let Some(candidates) = self.candidates.get(all) else { continue };
-            let blocked = meets(scene, candidates, ways, (&view, k), known.depth[k]);
-            known.free |= u8::from(!blocked) << k;
-            known.blocked |= u8::from(blocked) << k;
+            let met = met(scene, candidates, &mut ways, same);
+            known.free |= same & !met;
+            known.blocked |= met;
         }
     }
 }
