@@ -375,24 +375,21 @@ impl<L: Lane> HitList<L> {
             self.open.push((Hit::default(), program, sender));
         }
         let (open, ..) = &mut self.open[self.place[key] as usize];
-        let filled = open.active.count_ones() as usize;
-        // The first hit fills all lanes: nothing that those without a hit make is kept.
-        for to in if filled == 0 { 0..LANES } else { filled..filled + 1 } {
-            open.put(to, hit, lane);
-            open.texture[to] = texture;
-            if share != 1.0 {
-                let Hit { throughput, share: shown, weight, .. } = open;
-                let Vec3 { x, y, z } = throughput;
-                for scaled in [x, y, z, shown] {
-                    scaled.lanes_mut()[to] *= share as f32;
-                }
-                let product = *weight * L::lit(share);
-                put(weight, to, &product, to);
+        let to = open.active.count_ones() as usize;
+        open.put(to, hit, lane);
+        open.texture[to] = texture;
+        if share != 1.0 {
+            let Hit { throughput, share: shown, weight, .. } = open;
+            let Vec3 { x, y, z } = throughput;
+            for scaled in [x, y, z, shown] {
+                scaled.lanes_mut()[to] *= share as f32;
             }
+            let product = *weight * L::lit(share);
+            put(weight, to, &product, to);
         }
         open.active = open.active << 1 | 1;
         self.filled += 1;
-        if filled + 1 == LANES {
+        if to + 1 == LANES {
             shade(open, program, sender);
             open.active = 0;
             self.filled -= LANES;
@@ -406,6 +403,11 @@ impl<L: Lane> HitList<L> {
         }
         for (hit, program, sender) in &mut self.open {
             if hit.active != 0 {
+                // Lanes without a hit repeat the first: nothing that they make is kept.
+                let first = *hit;
+                for to in hit.active.count_ones() as usize..LANES {
+                    hit.put(to, &first, 0);
+                }
                 shade(hit, *program, *sender);
                 hit.active = 0;
             }

@@ -233,14 +233,6 @@ impl<P: Packet> Queue<P> {
             let open = &mut self.open[usize::from(octant)];
             let filled = open.lanes();
             let packet = &self.packets[self.ready];
-            if filled == 0 {
-                // The first ray fills all lanes, so that those never filled hold numbers like the others.
-                for to in 0..LANES {
-                    open.put(to, packet, from);
-                }
-                open.set_lanes(1);
-                continue;
-            }
             let to = filled.count_ones() as usize;
             open.put(to, packet, from);
             open.set_lanes(filled << 1 | 1);
@@ -278,7 +270,12 @@ impl<P: Packet> Queue<P> {
         for octant in 0..OCTANTS {
             let open = self.open[octant];
             if open.lanes() != 0 {
-                *self.next() = open;
+                let next = self.next();
+                *next = open;
+                // Lanes without a ray hold numbers like the others.
+                for to in open.lanes().count_ones() as usize..LANES {
+                    next.put(to, &open, 0);
+                }
                 self.ready += 1;
                 self.octants.push(octant as u8);
                 self.open[octant].set_lanes(0);

@@ -118,7 +118,6 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         shadows.flush(shared.scene, tracer, media, sums);
         // From the order of the rays to rows.
-        pixels.clear();
         pixels.resize(area.width * area.height, Pixel::default());
         for (pixel, &place) in self.sums.pixels().zip(self.order.places()) {
             pixels[place as usize] = pixel;
