@@ -59,8 +59,8 @@ def tessellated(spheres, n):
     return vertices, (faces[None] + np.arange(len(spheres))[:, None, None] * len(ball)).reshape(-1, 3)
 
 
-def knot(nu, nv):
-    """A tube round a (3, 7) torus knot."""
+def knot(nu, nv, radius=0.17):
+    """A tube round a (3, 7) torus knot; its radius is one number, or one for each vertex, `nu` along by `nv` around. 2 nu nv triangles."""
     t = np.arange(nu) * 2 * np.pi / nu
     reach = 1.2 + 0.5 * np.cos(7 * t)
     middle = np.stack([reach * np.cos(3 * t), 0.5 * np.sin(7 * t), reach * np.sin(3 * t)], 1)
@@ -71,7 +71,8 @@ def knot(nu, nv):
     b = np.cross(along, n)
     a = np.arange(nv) * 2 * np.pi / nv
     ring = n[:, None] * np.cos(a)[None, :, None] + b[:, None] * np.sin(a)[None, :, None]
-    return (middle[:, None] + 0.17 * ring).reshape(-1, 3), grid(nu, nv, True, True)
+    tube = np.broadcast_to(radius, (nu, nv))[..., None] * ring
+    return (middle[:, None] + tube).reshape(-1, 3), grid(nu, nv, True, True)
 
 
 def stadium():
