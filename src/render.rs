@@ -30,8 +30,8 @@ pub enum Precision {
     /// Boxes in single, surfaces in double precision.
     #[default]
     Exact,
-    /// Double precision throughout, boxes too: the kernels of `exact` under boxes without any rounding to f32. Sums are
-    /// plain f64, not compensated: in no hard case would more digits decide otherwise (`docs/hard-cases.md`).
+    /// Boxes in double precision, too: the kernels of `exact` under boxes without any rounding to f32. (Light is in single in
+    /// every mode, and summed in plain f64, not compensated: in no hard case would more digits decide otherwise, see `docs/hard-cases.md`.)
     Strict,
 }
 

@@ -85,7 +85,7 @@ pub enum PrecisionArg {
     /// Boxes in single, surfaces in double precision
     #[default]
     Exact,
-    /// Double precision everywhere, boxes too
+    /// Boxes and surfaces in double precision (light is in single in every mode)
     Strict,
 }
 

@@ -100,7 +100,11 @@ impl Machine<'_> {
             }
             K::Crand => {
                 self.next()?;
-                finish.crand = self.finite()?;
+                if self.finite()? == 0.0 {
+                    self.forget(&mut base.lacks, word.text());
+                } else {
+                    base.lacks.add(&self.lack(word.text(), at));
+                }
             }
             K::ConserveEnergy => {
                 self.next()?;
@@ -116,7 +120,7 @@ impl Machine<'_> {
             }
             K::Irid => {
                 self.next()?;
-                self.irid(&mut base.value)?;
+                self.irid(base)?;
             }
             K::Subsurface => {
                 self.next()?;
@@ -201,18 +205,21 @@ impl Machine<'_> {
     }
 
     /// `irid { amount thickness t turbulence t }`.
-    fn irid(&mut self, finish: &mut Finish) -> Res<()> {
+    fn irid(&mut self, base: &mut With<Finish>) -> Res<()> {
         let open = self.open("irid")?;
-        finish.irid = self.finite()?;
+        base.value.irid = self.finite()?;
         loop {
             match self.peek()? {
                 Token::Word(Keyword::Thickness) => {
                     self.next()?;
-                    finish.irid_thickness = self.finite()?;
+                    base.value.irid_thickness = self.finite()?;
                 }
                 Token::Word(Keyword::Turbulence) => {
+                    let at = self.peek_lexeme()?;
                     self.next()?;
-                    self.float()?;
+                    if self.float()? != 0.0 {
+                        base.lacks.add(&self.lack("turbulence of irid", at));
+                    }
                 }
                 _ => break,
             }

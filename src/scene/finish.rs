@@ -29,8 +29,6 @@ pub struct Finish {
     pub irid: f64,
     /// Thickness of the film.
     pub irid_thickness: f64,
-    /// Grain subtracted at random from the diffuse amount.
-    pub crand: f64,
     /// Mirror reflection.
     pub reflection: Reflection,
     /// Transmitted light is lessened by what is reflected.
@@ -80,7 +78,6 @@ impl Default for Finish {
             metallic: 0.0,
             irid: 0.0,
             irid_thickness: 0.0,
-            crand: 0.0,
             reflection: Reflection::default(),
             conserve_energy: false,
             subsurface: None,

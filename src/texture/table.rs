@@ -120,7 +120,7 @@ fn bits_of(place: &Transform) -> [u64; 12] {
     place.forward.to_cols_array().map(f64::to_bits)
 }
 
-fn finish_bits(f: &Finish) -> [u64; 27] {
+fn finish_bits(f: &Finish) -> [u64; 26] {
     let r = &f.reflection;
     [
         f.ambient.x,
@@ -139,7 +139,6 @@ fn finish_bits(f: &Finish) -> [u64; 27] {
         f.metallic,
         f.irid,
         f.irid_thickness,
-        f.crand,
         r.min.x,
         r.min.y,
         r.min.z,
