@@ -68,8 +68,8 @@ pub fn document([pictures, rays, scripts]: &[String; 3]) -> String {
         "# Hard cases\n\n\
          What is right, and how far each way of rendering is off. Written by the test that holds the figures to their bounds:\n\
          `OCTRAY_HARD_TABLE=docs/hard-cases.md cargo test --release --test hard -- hard_cases`, with POV-Ray's column from the\n\
-         installed `povray`. `fast` computes in f32, `exact` in f64 with boxes in f32, `strict` in f64 throughout; the oracle is\n\
-         the scalar f64 engine that asks every object. Bounds may only shrink.\n\n\
+         installed `povray`. `fast` computes in f32, `exact` in f64 with boxes in f32, `strict` in f64, boxes too; light is in f32\n\
+         in all three. The oracle is the scalar f64 engine that asks every object. Bounds may only shrink.\n\n\
          ## Pictures of one colour\n\nThe largest error of any pixel and channel; 1 is another surface altogether.\n\n{pictures}\n\
          ## Rays\n\nRays lost or won, and the largest error of `t` as a share of it, against double-double. `on the outline`: lost \
          or won too\nwhen the shape grows or shrinks by eight roundings of the ray, in the precision at hand (POV-Ray: f64): the format cannot tell.\n\n{rays}\n\
