@@ -2,7 +2,7 @@
 
 use super::shapes::{push, push_mesh, smooth_triangles};
 use super::{Columns, Flat, Kind, Owner, Tag, WithBlock, class};
-use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
+use crate::csg::{Constraint, CsgNode, CsgTree, NO_INTERIOR, NodeKind, Part};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
@@ -34,7 +34,6 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         default_texture: Arc::new(Texture::default()),
     };
     for object in &scene.objects {
-        // An object without an interior encloses air of its own, which matters only where it can be seen through.
         let handed = Handed {
             place: Transform::IDENTITY,
             texture: None,
@@ -43,6 +42,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
             own_interior: 0,
             own_interiors: false,
             root: Arc::as_ptr(object) as usize,
+            sees_through: sees_through(object),
             flags: Flags::default(),
             separable: true,
         };
@@ -79,6 +79,8 @@ struct Handed {
     own_interiors: bool,
     /// Names the top-level object: the identity of its air.
     root: usize,
+    /// Of that object: see [`sees_through`].
+    sees_through: bool,
     flags: Flags,
     /// Nothing but unions so far: the node is as good as an object of its own.
     separable: bool,
@@ -107,6 +109,7 @@ impl Handed {
             },
             own_interiors: self.own_interiors || object.own_interiors,
             root: self.root,
+            sees_through: self.sees_through,
             flags: Flags {
                 no_shadow: his.no_shadow || (whole && mine.no_shadow),
                 no_image: his.no_image || (whole && mine.no_image),
@@ -118,6 +121,19 @@ impl Handed {
             separable,
         }
     }
+}
+
+/// True if rays go through some surface of an object, or ask there what they are in.
+fn sees_through(object: &Object) -> bool {
+    let tells = |texture: &Arc<Texture>| {
+        !texture.is_opaque() || texture.layers.iter().any(|layer| layer.finish.reflection.fresnel)
+    };
+    object.texture.iter().chain(object.interior_texture()).any(tells)
+        || match &object.shape {
+            Shape::Csg { children, .. } => children.iter().any(|child| sees_through(child)),
+            Shape::Mesh(mesh) => mesh.textures.iter().any(tells),
+            _ => false,
+        }
 }
 
 /// True of shapes that have two sides but no inside; `inverse` does not turn them (measured in POV-Ray 3.7).
@@ -260,11 +276,9 @@ impl<S: Scalar> Pass<S> {
         if let Some(&number) = self.interior_of.get(&key) {
             return number;
         }
-        // Air around which nothing bends or fades needs an identity only where a ray can go in.
-        let see_through = handed.texture.as_ref().is_some_and(|(texture, _)| {
-            !texture.is_opaque() || texture.layers.iter().any(|layer| layer.finish.reflection.fresnel)
-        });
-        if handed.interior.is_none() && !see_through {
+        // An object without an interior encloses air of its own, which has an identity only where a ray can go in. All
+        // other such air is number 0: an eye may be in it.
+        if handed.interior.is_none() && !handed.sees_through {
             return 0;
         }
         let number = self.interiors.len() as u32;
@@ -401,6 +415,8 @@ impl<S: Scalar> Pass<S> {
                         // A part turned inside out bounds nothing, but its surface is where it was.
                         let bounds = if inverted { Aabb::INFINITE } else { bounds };
                         if object.clipped_by().is_empty() {
+                            // POV-Ray asks only objects in whose box the eye is, and a disc's is flat.
+                            let interior = if kind == Kind::Disc { NO_INTERIOR } else { interior };
                             self.csg.nodes[number as usize].interior = interior;
                             return (number, bounds);
                         }

@@ -2,7 +2,7 @@
 
 use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, bit_of, max_abs};
 use super::scratch::{PartRoots, Scratch};
-use super::{Composite, Constraint, CsgTree, NodeKind};
+use super::{Composite, Constraint, CsgTree, NO_INTERIOR, NodeKind};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, f32x8, f64x8};
 use std::ops::Range;
@@ -236,6 +236,7 @@ impl<'a, P: PartRoots> Along<'a, P> {
                     self.collect_interiors(child, start, lanes, found);
                 }
             }
+            _ if node.interior == NO_INTERIOR => {}
             _ => found.push((node.interior, lanes)),
         }
     }

@@ -90,6 +90,9 @@ pub struct Part {
     pub composite: u32,
 }
 
+/// No eye is in it: see [`CsgNode::interior`].
+pub const NO_INTERIOR: u32 = u32::MAX;
+
 /// The inside of a part or of several.
 #[derive(Debug, Clone)]
 pub struct CsgNode {
@@ -97,7 +100,7 @@ pub struct CsgNode {
     pub kind: NodeKind,
     /// Inside and outside change places.
     pub inverted: bool,
-    /// What light meets in it; of parts, what their parent says.
+    /// What light meets in it, or [`NO_INTERIOR`]; of parts, what their parent says.
     pub interior: u32,
     /// Of its children, the first so many lend their looks to cut faces: of a difference only what is cut.
     pub cuttable: usize,

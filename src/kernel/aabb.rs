@@ -32,6 +32,11 @@ impl Aabb {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
+    /// True if both hold some point.
+    pub fn meets(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// Grown by a share of its own largest coordinate on every side, to hold what rounding moves out of it.
     pub fn inflated(self, share: f64) -> Self {
         let reach = self.min.abs().max(self.max.abs()).max_element() * share;

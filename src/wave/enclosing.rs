@@ -4,8 +4,9 @@ use super::composite::Parts;
 use super::medium::Media;
 use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, WithBlock};
 use crate::csg::Scratch;
-use crate::kernel::{Block, Rays};
+use crate::kernel::{Aabb, Block, Rays};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
+use crate::scene::{Camera, Projection};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -20,12 +21,17 @@ impl Enclosing {
         if scene.interiors.len() < 2 {
             return Self::default();
         }
+        let eyes = eyes(&scene.camera, scene.origin);
         let interior = |surface: u32| scene.owners[scene.owner[surface as usize] as usize].interior;
         // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
-        for &kind in Kind::ALL.iter().filter(|kind| **kind != Kind::Disc) {
+        let flat = [Kind::Disc, Kind::Triangle, Kind::SmoothTriangle, Kind::Polygon];
+        for &kind in Kind::ALL.iter().filter(|kind| !flat.contains(kind)) {
             for row in 0..scene.columns.len(kind) as u32 {
                 let surface = scene.base[kind as usize] + row;
-                solids.push((scene.rank[surface as usize], kind as u8, row, interior(surface)));
+                let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
+                if inverse || scene.columns.bounds(kind, row as usize).meets(&eyes) {
+                    solids.push((scene.rank[surface as usize], kind as u8, row, interior(surface)));
+                }
             }
         }
         for (number, composite) in scene.csg.composites.iter().enumerate() {
@@ -35,7 +41,6 @@ impl Enclosing {
             let surface = scene.first_part + composite.parts.start;
             solids.push((scene.rank[surface as usize], COMPOSITE, number as u32, interior(surface)));
         }
-        solids.retain(|&(_, kind, _, interior)| kind == COMPOSITE || interior != 0);
         solids.sort_unstable();
         Self(solids.into_iter().map(|(_, kind, row, interior)| (kind, row, interior)).collect())
     }
@@ -69,14 +74,29 @@ impl Enclosing {
             };
             for (interior, inside) in found {
                 for (k, list) in lists.iter_mut().enumerate() {
-                    // Parts of a union share one interior: it is entered once.
-                    if inside >> k & 1 == 1 && interior != 0 && !list.contains(&interior) {
+                    // Parts of a union share one interior: it is entered once. The air of opaque solids, number 0 of them
+                    // all, is never left: only its place among the others counts.
+                    let new = if interior == 0 { list.last() != Some(&0) } else { !list.contains(&interior) };
+                    if inside >> k & 1 == 1 && new {
                         list.push(interior);
                     }
                 }
             }
         }
         lists.map(|list| media.number(list))
+    }
+}
+
+/// Where rays start (compiled space): the eye, or the window.
+fn eyes(camera: &Camera, origin: DVec3) -> Aabb {
+    let middle = camera.location - origin;
+    match camera.projection {
+        Projection::Perspective => Aabb::of([middle]),
+        Projection::Orthographic => {
+            let corner = |s: f64, t: f64| middle + (camera.right * s + camera.up * t) * 0.5;
+            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
+            Aabb::of(corners).inflated(4.0 * f64::EPSILON)
+        }
     }
 }
 
