@@ -271,6 +271,12 @@ impl Looks {
 }
 
 impl<L: Lane> HitList<L> {
+    /// Forgets which programs have come up: the order in which they did hangs on the tiles before.
+    pub fn begin_tile(&mut self) {
+        self.open.clear();
+        self.place.clear();
+    }
+
     /// Takes the hits of a packet: those worth shading as they are go to `shade` with their program, the others wait.
     #[inline]
     pub fn take<S: Scalar<Lane = L>, B: Scalar>(

@@ -4,9 +4,9 @@ use super::composite::composites;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Compiled, SurfaceId, class};
+use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, class};
 use crate::csg::{Scratch, Stretch};
-use crate::lane::{LANES, Lane, Scalar, bits};
+use crate::lane::{LANES, Lane, Scalar, bits, choose, equal_lanes};
 use std::ops::Range;
 
 /// What see-through things are in the way of a packet of shadow rays.
@@ -14,8 +14,8 @@ use std::ops::Range;
 pub struct Noted {
     /// Rays that meet any.
     pub lanes: u8,
-    /// The primitive that is the only one they meet; `None` where there may be several.
-    pub only: Option<SurfaceId>,
+    /// Of each of them, the primitive that is the only one it meets; [`NO_SURFACE`] where there may be several.
+    pub only: [SurfaceId; LANES],
 }
 
 /// What happens in the tree's leaves.
@@ -203,8 +203,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     #[cold]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
         let Noted { lanes: known, only } = self.noted[packet];
-        let several = known != 0 && only.is_none();
-        let lanes = if several { lanes & !known } else { lanes };
+        let lanes = lanes & !(known & equal_lanes(&only, NO_SURFACE));
         if lanes == 0 {
             return;
         }
@@ -214,8 +213,11 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         (query.t, query.surface) = (t, surface);
         if met != 0 {
             let single = run.len == 1 && run.kind != COMPOSITE;
-            let this = single.then(|| self.scene.base[usize::from(run.kind)] + run.first);
-            let only = if known == 0 || only == this { this } else { None };
+            let this = if single { self.scene.base[usize::from(run.kind)] + run.first } else { NO_SURFACE };
+            // Ray by ray: what one goes through must not hang on its neighbours.
+            let alone = met & (!known | equal_lanes(&only, this));
+            let only = choose(met, &[NO_SURFACE; LANES], &only);
+            let only = choose(alone, &[this; LANES], &only);
             self.noted[packet] = Noted { lanes: known | met, only };
         }
     }

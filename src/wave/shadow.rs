@@ -10,8 +10,8 @@ use super::queue::{Feelers, Queue};
 use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::Run;
-use crate::compile::Compiled;
-use crate::lane::{Lane, Scalar};
+use crate::compile::{Compiled, NO_SURFACE};
+use crate::lane::{LANES, Lane, Scalar, equal_lanes};
 
 /// Buffers for shadow rays.
 pub struct ShadowTracer<S: Scalar> {
@@ -28,6 +28,11 @@ impl<S: Scalar> ShadowTracer<S> {
     /// Without rays; `mixed` as in [`Queue::new`].
     pub fn new(mixed: bool) -> Self {
         Self { queries: Vec::new(), open: Queue::new(mixed), rests: Vec::new(), suspects: Vec::new() }
+    }
+
+    /// Suspects nothing: what has blocked rays of another tile depends on which tile that was.
+    pub fn begin_tile(&mut self) {
+        self.suspects.clear();
     }
 
     /// Traces the ready packets of `queue`, which lead to light number `light`, and adds the light that arrives to
@@ -53,12 +58,15 @@ impl<S: Scalar> ShadowTracer<S> {
                 if tinted == 0 {
                     continue;
                 }
-                match noted.only {
-                    Some(surface) => {
-                        let filter = through_one(scene, rays, query, (surface, tinted), media);
-                        sums.add(&rays.sink, rays.light.mul(filter), tinted);
-                    }
-                    None => self.open.push_lanes(rays, tinted),
+                let several = tinted & equal_lanes(&noted.only, NO_SURFACE);
+                self.open.push_lanes(rays, several);
+                let mut waiting = tinted & !several;
+                while waiting != 0 {
+                    let surface = noted.only[waiting.trailing_zeros() as usize & (LANES - 1)];
+                    let same = waiting & equal_lanes(&noted.only, surface);
+                    waiting &= !same;
+                    let filter = through_one(scene, rays, query, (surface, same), media);
+                    sums.add(&rays.sink, rays.light.mul(filter), same);
                 }
             }
         }

@@ -79,6 +79,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
     /// Renders the tile into `pixels` (row by row) and counts its rays.
     pub fn render(&mut self, shared: &Shared<S, B>, area: TileArea, pixels: &mut Vec<Pixel>) -> RayCounts {
         self.media.begin_tile();
+        self.hits.begin_tile();
+        self.shadows.begin_tile();
         self.sums.reset(area.width * area.height);
         self.order.set(area.width, area.height);
         push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
