@@ -82,16 +82,7 @@ impl Workbench {
 
     /// What the rays through the middles of a picture's pixels hit first, in double precision, row by row.
     pub fn camera_hits(&self, camera: &Camera, width: usize, height: usize) -> Vec<Option<FirstHit>> {
-        let pixel = |number: usize| {
-            let (x, y) = (number % width, number / width);
-            let s = (x as f64 + 0.5) / width as f64 - 0.5;
-            let t = 0.5 - (y as f64 + 0.5) / height as f64;
-            let across = camera.right * s + camera.up * t;
-            match camera.projection {
-                Projection::Perspective => (camera.location, camera.direction + across),
-                Projection::Orthographic => (camera.location + across, camera.direction),
-            }
-        };
+        let pixel = |number: usize| pixel_ray(camera, (number % width, number / width), (width, height));
         let rays: Vec<_> = (0..width * height).map(pixel).collect();
         match &self.prepared {
             Prepared::Fast(scene) => nearest_hits(scene, &rays),
@@ -166,13 +157,7 @@ impl CameraRays {
                 (block % blocks, block / blocks)
             };
             let (x, y) = (bx * 8 + even_bits(cell), by * 8 + even_bits(cell >> 1));
-            let s = (x as f64 + 0.5) / size as f64 - 0.5;
-            let t = 0.5 - (y as f64 + 0.5) / size as f64;
-            let across = camera.right * s + camera.up * t;
-            let (origin, dir) = match camera.projection {
-                Projection::Perspective => (camera.location, camera.direction + across),
-                Projection::Orthographic => (camera.location + across, camera.direction),
-            };
+            let (origin, dir) = pixel_ray(camera, (x, y), (size, size));
             let dir = dir.normalize();
             set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, f32::INFINITY));
             lines.push((origin, dir));
@@ -225,6 +210,17 @@ fn set_of(rays: impl Iterator<Item = (DVec3, DVec3, f32)>) -> RaySet {
         set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, far));
     }
     set
+}
+
+/// Start and direction (of any length) of the ray through the middle of pixel `(x, y)` of a picture of `width` by `height`.
+fn pixel_ray(camera: &Camera, (x, y): (usize, usize), (width, height): (usize, usize)) -> (DVec3, DVec3) {
+    let s = (x as f64 + 0.5) / width as f64 - 0.5;
+    let t = 0.5 - (y as f64 + 0.5) / height as f64;
+    let across = camera.right * s + camera.up * t;
+    match camera.projection {
+        Projection::Perspective => (camera.location, camera.direction + across),
+        Projection::Orthographic => (camera.location + across, camera.direction),
+    }
 }
 
 /// The number that every second bit of `bits` makes: one coordinate of a place on the Morton curve.

@@ -101,7 +101,8 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
     pub fn bytes(&self) -> usize {
         let columns: usize = Kind::ALL.iter().map(|&kind| self.columns.bytes(kind)).sum();
-        let tables = size_of_val(&self.owner[..]) + size_of_val(&self.rank[..]);
+        let tables =
+            size_of_val(&self.kinds[..]) + size_of_val(&self.owner[..]) + size_of_val(&self.rank[..]);
         self.bvh.bytes() + columns + tables
     }
 

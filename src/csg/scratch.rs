@@ -28,7 +28,7 @@ pub struct Scratch {
     pub(super) near: Vec<Near>,
     /// By part of the composite: its place in `near`, or [`NOT_NEAR`].
     pub(super) places: Vec<u32>,
-    /// Places in `near`, with where an eighth of the rays comes to them.
+    /// Places in `near`, with where the first of the rays comes to them.
     pub(super) order: Vec<(f32, u32)>,
     /// What is known of them in single precision.
     pub(super) sketch: Sketch,

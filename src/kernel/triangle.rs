@@ -8,8 +8,8 @@ use super::{
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use glam::DVec3;
 
-/// `n` flat triangles: columns `corner` (3 corners x 3) and `normal` (3, unit, along the cross product of the edges
-/// from the first corner).
+/// `n` flat triangles `a`, `b`, `c`: columns `corner` (3 corners x 3) and `normal` (3, unit, along `(c - a) x (b - a)`, POV-Ray's
+/// side, unless it has been turned by [`Triangles::face`]).
 ///
 /// Columns are cut into fours that lie together, so that a leaf's triangles come with three or four cache lines and not
 /// with twelve. A triangle has a surface but no inside.
@@ -24,7 +24,7 @@ pub struct Triangles<S> {
 #[repr(C, align(64))]
 struct Four<S>([[S; 4]; 12]);
 
-/// `n` triangles with a shading normal per corner (column `shading`, 3 corners x 3, unit).
+/// `n` triangles with a shading normal per corner (column `shading`, 3 corners x 3: a longer one weighs more).
 #[derive(Debug, Clone, Default)]
 pub struct SmoothTriangles<S> {
     flat: Triangles<S>,

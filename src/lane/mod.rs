@@ -211,8 +211,8 @@ pub trait Lane:
         Self::from_array(each_lane(f))
     }
 
-    /// `self * b + c`, rounded once where the machine can and twice where it cannot: only for tests that are padded for
-    /// either, never for what is seen.
+    /// `self * b + c`, rounded once where the machine can and twice where it cannot: for tests that are padded for either, and
+    /// for polynomials, whose surfaces are told to the last digits of either. Nothing else that is seen may hang on it.
     fn fused(self, b: Self, c: Self) -> Self;
     /// Square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;

@@ -46,7 +46,7 @@ use surround::surround;
 use tile::TileWorker;
 use trace::Tracer;
 
-/// How the work is cut up: it changes times, and not a bit of the picture.
+/// How the work is cut up: it changes times, and not a bit of the picture (but see [`LightBuffers`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Schedule {
     /// How rays go through the tree.
@@ -63,6 +63,12 @@ impl Default for Schedule {
         Self { traversal: Traversal::default(), tile: 32, light_buffers: LightBuffers::default() }
     }
 }
+
+/// With more lights than these tiles are small: each thread keeps the shadow rays of a tile's camera rays for each light, 70 kB
+/// a light with tiles of 32.
+const MANY_LIGHTS: usize = 256;
+/// See [`MANY_LIGHTS`].
+const SMALL_TILE: usize = 8;
 
 /// A finished tile.
 #[derive(Debug, Clone, Copy)]
@@ -89,7 +95,8 @@ pub fn render<S: Scalar, B: Scalar>(
     let mut lights = LightProgram::all(&scene.lights, scene.origin);
     surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
-    let tile = schedule.tile.max(1);
+    let most = if shared.lights.len() > MANY_LIGHTS { SMALL_TILE } else { usize::MAX };
+    let tile = schedule.tile.clamp(1, most);
     let tiles = (0..height).step_by(tile).flat_map(|y| {
         (0..width).step_by(tile).map(move |x| TileArea {
             x,

@@ -94,7 +94,7 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
                 return;
             }
             let (mut count, mut limit) = (0, least);
-            while {
+            loop {
                 let before = count;
                 for k in before..rest.len() {
                     if rest[k].near <= limit {
@@ -106,8 +106,10 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
                         count += 1;
                     }
                 }
-                count > before
-            } {}
+                if count == before {
+                    break;
+                }
+            }
             let (layer, others) = rest.split_at_mut(count);
             if self.covers(cell, layer, far, &window, first) {
                 return;
