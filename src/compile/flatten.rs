@@ -356,76 +356,17 @@ impl<S: Scalar> Pass<S> {
         let handed = self.hand(object, above);
         let inverted = inverted != object.flags.inverse;
         let interior = self.interior(&handed);
-        let place = handed.place.then(&self.to_compiled);
+        let clipped = !object.clipped_by().is_empty();
         let (kind, mut bounds) = match &object.shape {
-            Shape::Csg { op, children, .. } => {
-                let mut bounds: Option<Aabb> = None;
-                let mut numbers = Vec::with_capacity(children.len());
-                for (k, child) in children.iter().enumerate() {
-                    let removed = *op == CsgOp::Difference && k > 0;
-                    let (number, b) = self.node(child, &handed, inverted != removed, tags);
-                    let joins = matches!(op, CsgOp::Union | CsgOp::Merge) != inverted;
-                    bounds = Some(bounds.map_or(b, |a| if joins { a.union(b) } else { a.intersection(b) }));
-                    numbers.push(number);
-                }
-                let list = self.list(&numbers);
-                let kind = match (op, inverted) {
-                    (CsgOp::Union, false) => NodeKind::Any(list),
-                    (CsgOp::Merge, false) | (CsgOp::Intersection | CsgOp::Difference, true) => {
-                        NodeKind::Merged(list)
-                    }
-                    (CsgOp::Union | CsgOp::Merge, true)
-                    | (CsgOp::Intersection | CsgOp::Difference, false) => NodeKind::All(list),
-                };
-                (kind, bounds.unwrap_or(Aabb::EMPTY))
-            }
-            Shape::Mesh(mesh) => {
-                let mesh_tags = self.mesh_tags(mesh, &handed);
-                let mut numbers = Vec::new();
-                let mut bounds = Aabb::EMPTY;
-                let mut rows = Vec::new();
-                push_mesh(&mut self.parts, mesh, &place, |kind, row, triangle| {
-                    rows.push((kind, row, triangle))
-                });
-                for (kind, row, triangle) in rows {
-                    bounds = bounds.union(self.parts.bounds(kind, row));
-                    numbers.push(self.part(kind, row, mesh.inside_vector.is_some()));
-                    if let Some(part) = self.csg.parts.last_mut() {
-                        part.inverted = inverted;
-                    }
-                    tags.push(mesh_tags[triangle]);
-                }
-                (NodeKind::Odd(self.list(&numbers)), bounds)
-            }
-            shape => {
-                let tag = self.tag(&handed, false);
-                match push(&mut self.parts, shape, &place) {
-                    None => (NodeKind::Any(0..0), Aabb::EMPTY),
-                    Some(kind) => {
-                        let row = self.parts.len(kind) - 1;
-                        let bounds = self.parts.bounds(kind, row);
-                        let solid = !is_flat(shape);
-                        let inverted = inverted && solid;
-                        let number = self.part(kind, row, solid);
-                        tags.push(tag);
-                        self.csg.nodes[number as usize].inverted = inverted;
-                        if let Some(part) = self.csg.parts.last_mut() {
-                            part.inverted = inverted;
-                        }
-                        // A part turned inside out bounds nothing, but its surface is where it was.
-                        let bounds = if inverted { Aabb::INFINITE } else { bounds };
-                        if object.clipped_by().is_empty() {
-                            // POV-Ray asks only objects in whose box the eye is, and a disc's is flat.
-                            let interior = if kind == Kind::Disc { NO_INTERIOR } else { interior };
-                            self.csg.nodes[number as usize].interior = interior;
-                            return (number, bounds);
-                        }
-                        (NodeKind::All(self.list(&[number])), bounds)
-                    }
-                }
-            }
+            Shape::Csg { op, children, .. } => self.joined(*op, children, &handed, inverted, tags),
+            Shape::Mesh(mesh) => self.mesh(mesh, &handed, inverted, tags),
+            shape => match self.primitive(shape, &handed, (inverted, interior), tags) {
+                None => (NodeKind::Any(0..0), Aabb::EMPTY),
+                Some(part) if !clipped => return part,
+                Some((part, bounds)) => (NodeKind::All(self.list(&[part])), bounds),
+            },
         };
-        let mut number = self.push_node(kind, interior);
+        let number = self.push_node(kind, interior);
         // What has no inside is nowhere inside, also when turned inside out.
         if let (Shape::Mesh(mesh), true) = (&object.shape, inverted)
             && mesh.inside_vector.is_some()
@@ -436,22 +377,111 @@ impl<S: Scalar> Pass<S> {
         if let Shape::Csg { op: CsgOp::Difference, .. } = &object.shape {
             self.csg.nodes[number as usize].cuttable = 1;
         }
-        if !object.clipped_by().is_empty() {
-            let outside = Handed { separable: false, ..above.clone() };
-            let mut numbers = vec![number];
-            for clip in object.clipped_by() {
-                let first = self.csg.parts.len();
-                let (clip, b) = self.node(clip, &outside, false, tags);
-                for part in &mut self.csg.parts[first..] {
-                    part.seen = false;
-                }
-                bounds = bounds.intersection(b);
-                numbers.push(clip);
-            }
-            let list = self.list(&numbers);
-            number = self.push_node(NodeKind::All(list), interior);
-            self.csg.nodes[number as usize].cuttable = 1;
+        if clipped { self.clipped((number, bounds), object, above, interior, tags) } else { (number, bounds) }
+    }
+
+    /// What children make together.
+    fn joined(
+        &mut self,
+        op: CsgOp,
+        children: &[Arc<Object>],
+        handed: &Handed,
+        inverted: bool,
+        tags: &mut Vec<Tag>,
+    ) -> (NodeKind, Aabb) {
+        let mut bounds: Option<Aabb> = None;
+        let mut numbers = Vec::with_capacity(children.len());
+        let joins = matches!(op, CsgOp::Union | CsgOp::Merge) != inverted;
+        for (k, child) in children.iter().enumerate() {
+            let removed = op == CsgOp::Difference && k > 0;
+            let (number, b) = self.node(child, handed, inverted != removed, tags);
+            bounds = Some(bounds.map_or(b, |a| if joins { a.union(b) } else { a.intersection(b) }));
+            numbers.push(number);
         }
+        let list = self.list(&numbers);
+        let kind = match (op, inverted) {
+            (CsgOp::Union, false) => NodeKind::Any(list),
+            (CsgOp::Merge, false) | (CsgOp::Intersection | CsgOp::Difference, true) => NodeKind::Merged(list),
+            (CsgOp::Union | CsgOp::Merge, true) | (CsgOp::Intersection | CsgOp::Difference, false) => {
+                NodeKind::All(list)
+            }
+        };
+        (kind, bounds.unwrap_or(Aabb::EMPTY))
+    }
+
+    /// A mesh: a part for each triangle.
+    fn mesh(
+        &mut self,
+        mesh: &Mesh,
+        handed: &Handed,
+        inverted: bool,
+        tags: &mut Vec<Tag>,
+    ) -> (NodeKind, Aabb) {
+        let mesh_tags = self.mesh_tags(mesh, handed);
+        let place = handed.place.then(&self.to_compiled);
+        let (mut rows, mut numbers, mut bounds) = (Vec::new(), Vec::new(), Aabb::EMPTY);
+        push_mesh(&mut self.parts, mesh, &place, |kind, row, triangle| rows.push((kind, row, triangle)));
+        for (kind, row, triangle) in rows {
+            bounds = bounds.union(self.parts.bounds(kind, row));
+            numbers.push(self.part(kind, row, mesh.inside_vector.is_some()));
+            if let Some(part) = self.csg.parts.last_mut() {
+                part.inverted = inverted;
+            }
+            tags.push(mesh_tags[triangle]);
+        }
+        (NodeKind::Odd(self.list(&numbers)), bounds)
+    }
+
+    /// Any other shape: its node, and a box around its surface; `None` for shapes that are not rendered.
+    fn primitive(
+        &mut self,
+        shape: &Shape,
+        handed: &Handed,
+        (inverted, interior): (bool, u32),
+        tags: &mut Vec<Tag>,
+    ) -> Option<(u32, Aabb)> {
+        let tag = self.tag(handed, false);
+        let kind = push(&mut self.parts, shape, &handed.place.then(&self.to_compiled))?;
+        let row = self.parts.len(kind) - 1;
+        let bounds = self.parts.bounds(kind, row);
+        let solid = !is_flat(shape);
+        let inverted = inverted && solid;
+        let number = self.part(kind, row, solid);
+        tags.push(tag);
+        let node = &mut self.csg.nodes[number as usize];
+        node.inverted = inverted;
+        // POV-Ray asks only objects in whose box the eye is, and a disc's is flat.
+        node.interior = if kind == Kind::Disc { NO_INTERIOR } else { interior };
+        if let Some(part) = self.csg.parts.last_mut() {
+            part.inverted = inverted;
+        }
+        // A part turned inside out bounds nothing, but its surface is where it was.
+        Some((number, if inverted { Aabb::INFINITE } else { bounds }))
+    }
+
+    /// What `object` leaves of its own node where it is `clipped_by` others.
+    fn clipped(
+        &mut self,
+        (node, mut bounds): (u32, Aabb),
+        object: &Object,
+        above: &Handed,
+        interior: u32,
+        tags: &mut Vec<Tag>,
+    ) -> (u32, Aabb) {
+        let outside = Handed { separable: false, ..above.clone() };
+        let mut numbers = vec![node];
+        for clip in object.clipped_by() {
+            let first = self.csg.parts.len();
+            let (clip, b) = self.node(clip, &outside, false, tags);
+            for part in &mut self.csg.parts[first..] {
+                part.seen = false;
+            }
+            bounds = bounds.intersection(b);
+            numbers.push(clip);
+        }
+        let list = self.list(&numbers);
+        let number = self.push_node(NodeKind::All(list), interior);
+        self.csg.nodes[number as usize].cuttable = 1;
         (number, bounds)
     }
 

@@ -6,7 +6,10 @@ use super::queue::{Carriers, Lines, put, put3};
 use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8};
+use crate::lane::{
+    LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, each_number, equal_lanes, f32x8,
+};
+use smallvec::SmallVec;
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -332,33 +335,9 @@ impl<L: Lane> HitList<L> {
             hit.texture = choose(same, &looks.texture, &[looks.texture[first]; LANES]);
             shade(&hit, programs[first], sender);
         }
-        let rest = single | looks.cuts | looks.blends;
-        if rest == 0 {
-            return;
-        }
-
-        let mut row = |texture: u32, share: f64, lane: usize| {
-            self.put(&hit, lane, (texture, share), (program(texture), sender), shade);
-        };
-        for k in (0..LANES).filter(|k| rest >> k & 1 == 1) {
-            if looks.cuts >> k & 1 == 1 {
-                let textures = cut_textures(scene, query, looks.owner[k], k);
-                let share = 1.0 / textures.len() as f64;
-                for &texture in textures.iter().filter(|_| share >= scene.globals.adc_bailout) {
-                    row(texture, share, k);
-                }
-            } else if looks.blends >> k & 1 == 1 {
-                let (u, v) = (found.u.lanes()[k].to_f64(), found.v.lanes()[k].to_f64());
-                let shares = [S::from_f64(1.0 - u - v).to_f64(), u, v];
-                let owner = &scene.owners[looks.owner[k] as usize];
-                for (&texture, share) in owner.textures.iter().zip(shares) {
-                    // POV-Ray leaves out corners too faint to be followed.
-                    if share >= scene.globals.adc_bailout {
-                        row(texture, share, k);
-                    }
-                }
-            } else {
-                row(looks.texture[k], 1.0, k);
+        for k in bits(single | looks.cuts | looks.blends) {
+            for (texture, share) in shown(scene, query, (&looks, &found), k) {
+                self.put(&hit, k, (texture, share), (program(texture), sender), shade);
             }
         }
     }
@@ -421,6 +400,32 @@ impl<L: Lane> HitList<L> {
         self.filled = 0;
         true
     }
+}
+
+/// The textures that a hit shows, each with its share: one, but on cut faces and between corners that wear different ones. POV-Ray
+/// leaves out those too faint to be followed.
+#[inline]
+fn shown<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    query: &Query<S::Lane>,
+    (looks, found): (&Looks, &Surfaces<S::Lane>),
+    lane: usize,
+) -> SmallVec<[(u32, f64); 3]> {
+    let mut shown = SmallVec::new();
+    if looks.cuts >> lane & 1 == 1 {
+        let textures = cut_textures(scene, query, looks.owner[lane], lane);
+        let share = 1.0 / textures.len() as f64;
+        shown.extend(textures.into_iter().map(|texture| (texture, share)));
+    } else if looks.blends >> lane & 1 == 1 {
+        let (u, v) = (found.u.lanes()[lane].to_f64(), found.v.lanes()[lane].to_f64());
+        let shares = [S::from_f64(1.0 - u - v).to_f64(), u, v];
+        shown.extend(scene.owners[looks.owner[lane] as usize].textures.into_iter().zip(shares));
+    } else {
+        shown.push((looks.texture[lane], 1.0));
+        return shown;
+    }
+    shown.retain(|(_, share)| *share >= scene.globals.adc_bailout);
+    shown
 }
 
 /// The textures of the parts that a hit on a cut face lies in.
