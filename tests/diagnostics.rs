@@ -2,7 +2,7 @@
 //! be told of its line, and nothing else may be.
 
 use octray::eval::{Limits, Options, from_text, load};
-use octray::lang::Severity;
+use octray::lang::{Diagnostic, Severity};
 use octray::scene::{Object, Shape};
 use std::path::Path;
 use std::sync::Arc;
@@ -101,6 +101,7 @@ fn no_script_is_endless() {
     let scripts = [
         "#while (1) #end",
         "#while (1) sphere { 0, 1 } #end",
+        "#while (1) #debug \"\" #end",
         "#for (I, 0, 1e9) #declare A = I; #end",
         "#declare S = \"aaaaaaaaaaaaaaaa\" #while (1) #declare S = concat(S, S) #end",
         "#declare A = array[1000000000][1000]",
@@ -125,6 +126,18 @@ fn no_script_is_endless() {
     ];
     for script in scripts {
         assert!(from_text("test.scn", script, &options).has_errors(), "{script}");
+    }
+}
+
+/// Empty texts were charged nothing: half a minute of them took all memory there was.
+#[test]
+fn messages_count_as_memory() {
+    let limits = Limits { memory: 1 << 20, ..Limits::default() };
+    let options = Options { limits, ..Options::default() };
+    for stream in ["debug", "warning", "render", "statistics"] {
+        let found = from_text("test.scn", &format!("#while (1) #{stream} \"\" #end"), &options);
+        let said = |d: &Diagnostic| d.message.contains("need more than 1 MB");
+        assert!(found.diagnostics.iter().any(said), "{stream}: {:?}", found.diagnostics);
     }
 }
 

@@ -1,10 +1,10 @@
 //! Directives: what each does when evaluation meets it (manual section 3.2).
 
-use super::Stream;
 use super::compiled::Level;
 use super::machine::{FrameKind, Lexeme, Loop, Machine, Res, Stop};
 use super::scope::Place;
 use super::value::{Num, Value};
+use super::{Message, Stream};
 use crate::lang::{Diagnostic, Directive, Mark, Token};
 
 /// Floats nearer than this are equal to `=`, `#case` and the last turn of `#for` (measured: 1e-11 is, 1e-9 is not).
@@ -388,7 +388,8 @@ impl Machine<'_> {
 
     fn write_message(&mut self, stream: Stream) -> Res<()> {
         let text = self.string()?;
-        self.charge(text.len())?;
+        // An empty text is kept too, and the list of texts may have room for twice as many.
+        self.charge(text.len() + 2 * size_of::<Message>())?;
         self.say(stream, text.to_string());
         Ok(())
     }
