@@ -11,7 +11,7 @@ pub struct RaySet {
     pub dir: [Vec<f32>; 3],
     /// Hits at or before this do not count, in lengths of the direction.
     pub t_near: Vec<f32>,
-    /// Hits beyond this do not count; may be infinite.
+    /// Hits at or beyond this do not count; may be infinite.
     pub t_far: Vec<f32>,
     /// What is asked of the rays.
     pub query: RayQuery,
