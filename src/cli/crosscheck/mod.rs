@@ -24,6 +24,7 @@ use octray::render::render;
 use povray::{PovRay, PovRun};
 pub use report::{base64, escaped, shortened};
 use serde::Serialize;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use verdict::Verdict;
 
@@ -34,7 +35,7 @@ pub struct Args {
     scenes: Vec<PathBuf>,
     /// Render N random scenes of every shape and finish instead, once each; those that differ are kept in the report's
     /// folder
-    #[arg(long, value_name = "N", requires = "report", conflicts_with = "scenes")]
+    #[arg(long, value_name = "N", requires = "report", conflicts_with = "scenes", value_parser = clap::value_parser!(u64).range(1..))]
     random: Option<u64>,
     /// The first of the random scenes
     #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
@@ -108,6 +109,11 @@ impl Args {
         let usual = if self.random.is_some() { (80, 60) } else { (320, 240) };
         (self.width.unwrap_or(usual.0) as usize, self.height.unwrap_or(usual.1) as usize)
     }
+
+    /// The random scenes, which end with the largest number there is.
+    fn seeds(&self, count: u64) -> RangeInclusive<u64> {
+        self.seed..=self.seed.saturating_add(count.saturating_sub(1))
+    }
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -122,7 +128,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     println!("{}", report::HEAD);
     let mut rows = Vec::new();
     if let (Some(count), Some(folder)) = (args.random, &args.report) {
-        rows = random::cross(args.seed..args.seed.saturating_add(count), folder, args, &povray)?;
+        rows = random::cross(args.seeds(count), folder, args, &povray)?;
         rows.iter().filter(|row| !row.is_agreed()).for_each(|row| println!("{}", report::line(row)));
     }
     for scene in &scenes {
@@ -151,7 +157,8 @@ impl Args {
                 format!("{width} x {height}, one thread each, medians of {} interleaved rounds", self.rounds)
             }
             Some(count) => {
-                format!("random scenes {} to {}, {width} x {height}", self.seed, self.seed + count.max(1) - 1)
+                let seeds = self.seeds(count);
+                format!("random scenes {} to {}, {width} x {height}", seeds.start(), seeds.end())
             }
         }
     }

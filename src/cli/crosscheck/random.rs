@@ -13,7 +13,7 @@ use octray::film::Film;
 use octray::image_io::replace_file;
 use octray::render::{Engine, render};
 use rayon::prelude::*;
-use std::ops::Range;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// The same scene in other words.
@@ -61,7 +61,12 @@ const STEPS: [&str; 4] = ["1e-9", "-1e-9", "1e-7", "-1e-7"];
 const AT_A_TIME: usize = 6;
 
 /// Renders the scenes `seeds`; the texts of those that differ stay in `folder`.
-pub fn cross(seeds: Range<u64>, folder: &Path, args: &Args, povray: &PovRay) -> Result<Vec<Row>, Failure> {
+pub fn cross(
+    seeds: RangeInclusive<u64>,
+    folder: &Path,
+    args: &Args,
+    povray: &PovRay,
+) -> Result<Vec<Row>, Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(AT_A_TIME).build();
     let threads = threads.map_err(|error| Failure::Machine(error.to_string()))?;
     threads.install(|| seeds.into_par_iter().map(|seed| cross_one(seed, folder, args, povray)).collect())
