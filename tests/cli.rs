@@ -335,6 +335,7 @@ mod pictures {
                 told(&octray(folder.path(), &format!("render ball.scn -o {out} -W 30000 -H 30000")));
             assert_eq!(code, 3, "{out}: {message}");
             assert!(message.contains(out), "{out}: {message}");
+            assert!(!message.contains(".octray-"), "{out}: the temporary file's name is told: {message}");
         }
         let (code, message) = told(&octray(folder.path(), "render ball.scn -o a.png --stats nowhere/s.json"));
         assert!(code == 3 && message.contains("nowhere/s.json"), "{message}");
@@ -506,6 +507,67 @@ mod check_lists_what_is_missing {
         assert!(!folder.path().join("out.txt").exists());
         assert_eq!(told(&octray(folder.path(), "check writer.scn --allow-write .")).0, 0);
         assert_eq!(fs::read_to_string(folder.path().join("out.txt")).unwrap(), "1.5\n");
+    }
+}
+
+#[cfg(unix)]
+mod outputs_that_end {
+    use super::*;
+    use std::process::Stdio;
+
+    fn written_to(folder: &Path, args: &str, out: impl Into<Stdio>) -> (i32, String) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_octray"));
+        command.current_dir(folder).args(args.split_whitespace()).stdout(out).stderr(Stdio::piped());
+        told(&command.spawn().unwrap().wait_with_output().unwrap())
+    }
+
+    /// `println!` panicked, and files that were to be written after it were not.
+    #[test]
+    fn nobody_reading_is_no_failure() {
+        let folder = folder();
+        fs::write(folder.path().join("ball.scn"), BALL).unwrap();
+        linear_png(&folder.path().join("a.png"), &grey(0.5));
+        for args in [
+            "check ball.scn",
+            "compare a.png a.png",
+            "compare a.png a.png --json",
+            "rays ball.scn --size 8 --hits ball.hits",
+            "bench ball.scn --rounds 1 -W 8 -H 8 --povray no-such-program --report r",
+            "render ball.scn -W 8 -H 8 -o -",
+            "render ball.scn -W 8 -H 8 -o a.png --stats -",
+        ] {
+            let (reader, writer) = std::io::pipe().unwrap();
+            drop(reader);
+            assert_eq!(written_to(folder.path(), args, writer), (0, String::new()), "{args}");
+        }
+        assert!(folder.path().join("ball.hits").exists() && folder.path().join("r/index.html").exists());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_device_is_exit_code_3() {
+        let folder = folder();
+        fs::write(folder.path().join("ball.scn"), BALL).unwrap();
+        linear_png(&folder.path().join("a.png"), &grey(0.5));
+        let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        for args in [
+            "check ball.scn",
+            "compare a.png a.png",
+            "rays ball.scn --size 8",
+            "bench ball.scn --rounds 1 -W 8 -H 8 --povray no-such-program",
+            "render ball.scn -W 8 -H 8 -o -",
+        ] {
+            let (code, message) = written_to(folder.path(), args, full());
+            assert_eq!(code, 3, "{args}: {message}");
+            assert!(message.contains("cannot write to standard output: "), "{args}: {message}");
+        }
+        // Nor does a full error stream matter.
+        fs::write(folder.path().join("bad.scn"), "#debug \"told\" Sphere").unwrap();
+        for (args, code) in [("check bad.scn", 1), ("crosscheck bad.scn --povray ./no-such-program", 3)] {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_octray"));
+            let status = command.current_dir(folder.path()).args(args.split(' ')).stderr(full()).status();
+            assert_eq!(status.unwrap().code(), Some(code), "{args}");
+        }
     }
 }
 

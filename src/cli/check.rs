@@ -2,8 +2,9 @@
 
 use super::Failure;
 use super::scene::{MessageFormat, SceneArgs, many, options, over_limit, plural, print_messages, shapes};
+use super::streams::to_stdout;
 use cpu_time::ProcessTime;
-use octray::eval::{Effect, Evaluation};
+use octray::eval::{Effect, Evaluation, Missing};
 use octray::lang::Severity;
 use octray::render::{RenderOptions, shape_counts};
 use std::path::PathBuf;
@@ -50,14 +51,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let shapes: Vec<_> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let lights = plural(found.scene.lights.len(), "light");
         let warnings = plural(found.count(Severity::Warning), "warning");
-        println!("{}: no errors, {warnings}; {lights}, shapes: {}", path.display(), shapes.join(", "));
+        let mut report =
+            format!("{}: no errors, {warnings}; {lights}, shapes: {}\n", path.display(), shapes.join(", "));
         if args.times {
-            println!("  read and evaluated in {read_s:.6} s of processor time");
+            report += &format!("  read and evaluated in {read_s:.6} s of processor time\n");
         }
         if sum > args.scene.max_shapes {
-            println!("  refused: {} ({})", many(sum), over_limit(args.scene.max_shapes));
+            report += &format!("  refused: {} ({})\n", many(sum), over_limit(args.scene.max_shapes));
         }
-        print_missing(&found);
+        found.missing.iter().for_each(|missing| report += &told(missing, &found));
+        to_stdout(report)?;
         // Taking a scene of a million objects apart again takes as long as a quarter of reading it.
         std::mem::forget(found);
     }
@@ -65,18 +68,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// `refused: blob (3 places, the first at ball.scn:12:3)`
-fn print_missing(found: &Evaluation) {
-    for missing in &found.missing {
-        let effect = match missing.effect {
-            Effect::Refused => "refused",
-            Effect::Ignored => "ignored",
-        };
-        let (line, column) = found.sources.position(missing.first);
-        let name = &found.sources.file(missing.first.file).name;
-        let places = match missing.places {
-            1 => "at".to_string(),
-            places => format!("{places} places, the first at"),
-        };
-        println!("  {effect}: {} ({places} {name}:{line}:{column})", missing.feature);
-    }
+fn told(missing: &Missing, found: &Evaluation) -> String {
+    let effect = match missing.effect {
+        Effect::Refused => "refused",
+        Effect::Ignored => "ignored",
+    };
+    let (line, column) = found.sources.position(missing.first);
+    let name = &found.sources.file(missing.first.file).name;
+    let places = match missing.places {
+        1 => "at".to_string(),
+        places => format!("{places} places, the first at"),
+    };
+    format!("  {effect}: {} ({places} {name}:{line}:{column})\n", missing.feature)
 }

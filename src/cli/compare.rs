@@ -1,6 +1,7 @@
 //! `octray compare`: how far two picture files are apart.
 
 use super::Failure;
+use super::streams::{line_to_stdout, to_stdout};
 use clap::ValueEnum;
 use octray::compare::{AMPLIFY, Comparison, Difference, EDGE_CONTRAST, WITHIN, clipped, compare, strip};
 use octray::image_io::{self, Assume, Encoding, Format};
@@ -58,9 +59,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         image_io::write(path, &strip(&expected, &actual, args.amplify), &Encoding::default())?;
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&found).expect("plain numbers and names"));
+        line_to_stdout(serde_json::to_string_pretty(&found).expect("plain numbers and names"))?;
     } else {
-        print!("{}", table(&found));
+        to_stdout(table(&found))?;
     }
     gate(args.gate, &found)
 }

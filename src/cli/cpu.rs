@@ -15,11 +15,11 @@ pub fn refuse_if_too_old() {
 pub fn warn_if_too_plain() {
     #[cfg(target_arch = "x86_64")]
     if !cfg!(all(target_feature = "avx2", target_feature = "fma")) && x86::has_wide_lanes() {
-        eprintln!(
+        super::streams::line_to_stderr(format_args!(
             "warning: built without AVX2 and FMA, which this CPU has: rendering will be several times slower than \
              `{}` makes it",
             x86::BUILD_HERE
-        );
+        ));
     }
 }
 

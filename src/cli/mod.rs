@@ -12,6 +12,7 @@ mod rays;
 mod render;
 mod scene;
 mod stats;
+mod streams;
 
 use clap::{Parser, Subcommand};
 use octray::image_io::ImageError;
@@ -90,6 +91,6 @@ pub fn main() -> ExitCode {
         Err(Failure::Usage(message)) => (message, 2),
         Err(Failure::Machine(message)) => (message, 3),
     };
-    eprintln!("error: {message}");
+    streams::line_to_stderr(format_args!("error: {message}"));
     ExitCode::from(code)
 }

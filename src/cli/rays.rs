@@ -3,6 +3,7 @@
 use super::Failure;
 use super::render::{PrecisionArg, TraversalArg};
 use super::scene::{SceneArgs, load};
+use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
 use glam::DVec3;
 use octray::bvh::{Occupancy, Preset};
@@ -190,7 +191,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             occupancy: args.occupancy.then(|| bench.occupancy(&rays, traversal)),
             set: name,
         };
-        println!("{}", serde_json::to_string(&line).expect("plain numbers and names"));
+        line_to_stdout(serde_json::to_string(&line).expect("plain numbers and names"))?;
         if let Some(prefix) = &args.dump {
             let path = PathBuf::from(format!("{}.{}.rays", prefix.display(), line.set));
             replace_file(&path, &write_rays(&rays, &measured.hits))?;
@@ -313,7 +314,9 @@ fn explain(rays: &RaySet, measured: &Measured, differing: &[usize], most: usize)
             (rays.origin.each_ref().map(|c| c[row]), rays.dir.each_ref().map(|c| c[row]));
         let (t, primitive) = (measured.hits.t[row], measured.hits.primitive[row]);
         let primitive = if primitive == NO_PRIMITIVE { -1 } else { i64::from(primitive) };
-        eprintln!("ray {row} from {ox},{oy},{oz} along {dx},{dy},{dz}: t {t}, primitive {primitive}");
+        line_to_stderr(format_args!(
+            "ray {row} from {ox},{oy},{oz} along {dx},{dy},{dz}: t {t}, primitive {primitive}"
+        ));
     }
 }
 

@@ -4,6 +4,7 @@ use super::Failure;
 use super::progress::Bar;
 use super::scene::{SceneArgs, load};
 use super::stats::Stats;
+use super::streams::to_stdout;
 use clap::ValueEnum;
 use octray::image_io::{self, Developer, Encoding, Format};
 use octray::render::{
@@ -11,7 +12,6 @@ use octray::render::{
 };
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -293,12 +293,6 @@ impl Output {
 
 fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
-}
-
-fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(|error| Failure::Machine(format!("cannot write to the standard output: {error}")))
 }
 
 fn transfer(text: &str) -> Result<Transfer, String> {

@@ -6,7 +6,7 @@ use octray::lang::Severity;
 use octray::render::shape_counts;
 use octray::scene::Scene;
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// What scenes are told from outside.
@@ -126,32 +126,39 @@ fn standard_includes() -> impl Iterator<Item = PathBuf> {
 /// Prints diagnostics in rustc's form, and a line that counts them. Warnings and the script's own streams are left out
 /// if `quiet`.
 pub fn print_messages(found: &Evaluation, quiet: bool, format: MessageFormat) {
+    // There is nowhere left to tell that nobody reads this. A script may have written a million pieces: not one by one.
+    let mut out = BufWriter::new(std::io::stderr().lock());
+    let _ = write_messages(&mut out, found, quiet, format).and_then(|()| out.flush());
+}
+
+fn write_messages(
+    out: &mut impl Write,
+    found: &Evaluation,
+    quiet: bool,
+    format: MessageFormat,
+) -> std::io::Result<()> {
     // Programs that read diagnostics want nothing else between them.
     if !quiet && format == MessageFormat::Human {
-        for message in &found.messages {
-            // What `#error` writes is in its diagnostic.
-            if message.stream != Stream::Error {
-                eprint!("{}", message.text);
-            }
+        // What `#error` writes is in its diagnostic.
+        for message in found.messages.iter().filter(|message| message.stream != Stream::Error) {
+            out.write_all(message.text.as_bytes())?;
         }
         if found.messages.last().is_some_and(|last| !last.text.ends_with('\n')) {
-            eprintln!();
+            writeln!(out)?;
         }
     }
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let least = if quiet { Severity::Error } else { Severity::Note };
     for diagnostic in found.diagnostics.iter().filter(|d| d.severity >= least) {
         match format {
-            MessageFormat::Human => eprintln!("{}\n", diagnostic.render(&found.sources, color)),
-            MessageFormat::Short => eprintln!("{}", diagnostic.short(&found.sources)),
-            MessageFormat::Json => eprintln!("{}", diagnostic.json(&found.sources)),
+            MessageFormat::Human => writeln!(out, "{}\n", diagnostic.render(&found.sources, color))?,
+            MessageFormat::Short => writeln!(out, "{}", diagnostic.short(&found.sources))?,
+            MessageFormat::Json => writeln!(out, "{}", diagnostic.json(&found.sources))?,
         }
     }
-    if format != MessageFormat::Human {
-        return;
-    }
-    if let errors @ 1.. = found.count(Severity::Error) {
-        eprintln!("{}", plural(errors, "error"));
+    match found.count(Severity::Error) {
+        errors @ 1.. if format == MessageFormat::Human => writeln!(out, "{}", plural(errors, "error")),
+        _ => Ok(()),
     }
 }
 

@@ -14,6 +14,7 @@ use super::Failure;
 use super::crosscheck::povray::PovRay;
 use super::crosscheck::scenes;
 use super::scene::SceneArgs;
+use super::streams::{line_to_stdout, to_stdout};
 use measure::{Measured, measure};
 use octray::image_io::replace_file;
 use serde::Serialize;
@@ -83,14 +84,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
     let machine = Machine::here(args, povray.as_ref());
-    println!("{}\n{}", machine.told(), table::HEAD);
+    line_to_stdout(format_args!("{}\n{}", machine.told(), table::HEAD))?;
     let mut measured = Vec::new();
     for path in &paths {
         let one = measure(path, args, povray.as_ref())?;
-        print!("{}", table::lines(&one));
+        to_stdout(table::lines(&one))?;
         measured.push(one);
     }
-    println!("{}", table::FOOT);
+    line_to_stdout(table::FOOT)?;
     let run = Run { machine, scenes: measured };
     if let Some(folder) = &args.report {
         write(folder, &run)?;

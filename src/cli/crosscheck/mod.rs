@@ -17,6 +17,7 @@ use super::Failure;
 use super::compare::{gate, share};
 use super::render::TracingArgs;
 use super::scene::{SceneArgs, load};
+use super::streams::line_to_stdout;
 use octray::compare::{AMPLIFY, Comparison, clipped, compare, strip};
 use octray::film::Film;
 use octray::image_io::{Encoding, encode};
@@ -124,20 +125,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             |error| Failure::Machine(format!("cannot make the folder {}: {error}", folder.display()));
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
-    println!("{}; POV-Ray {}", args.terms(), povray.version);
-    println!("{}", report::HEAD);
+    line_to_stdout(format_args!("{}; POV-Ray {}", args.terms(), povray.version))?;
+    line_to_stdout(report::HEAD)?;
     let mut rows = Vec::new();
     if let (Some(count), Some(folder)) = (args.random, &args.report) {
         rows = random::cross(args.seeds(count), folder, args, &povray)?;
-        rows.iter().filter(|row| !row.is_agreed()).for_each(|row| println!("{}", report::line(row)));
+        let mut told = rows.iter().filter(|row| !row.is_agreed());
+        told.try_for_each(|row| line_to_stdout(report::line(row)))?;
     }
     for scene in &scenes {
         let row = cross(scene, args, &povray);
-        println!("{}", report::line(&row));
+        line_to_stdout(report::line(&row))?;
         rows.push(row);
     }
-    println!("{}", report::FOOT);
-    println!("{}", verdict::counts(&rows));
+    line_to_stdout(report::FOOT)?;
+    line_to_stdout(verdict::counts(&rows))?;
     if let Some(folder) = &args.report {
         rows.sort_by(|a, b| b.error().total_cmp(&a.error()));
         report::write(folder, &rows, &povray.version, args)?;
