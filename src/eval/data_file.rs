@@ -287,8 +287,9 @@ fn datum(program: &Program, mut at: usize) -> Option<(Value, usize)> {
 
 fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(text.as_bytes())?;
+    // What goes wrong is told without the temporary name, which the crate would add.
+    let file = tempfile::NamedTempFile::new_in(folder).map_err(|error| error.kind())?;
+    file.as_file().write_all(text.as_bytes())?;
     file.persist(path)?;
     Ok(())
 }

@@ -60,8 +60,9 @@ fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     match Target::of(path)? {
         Target::Direct => fs::write(path, bytes),
         Target::Replace { path, permissions } => {
-            let mut file = temporary_beside(&path)?;
-            file.write_all(bytes)?;
+            let file = temporary_beside(&path)?;
+            // To the file itself: the crate adds its temporary name to what goes wrong.
+            file.as_file().write_all(bytes)?;
             if let Some(permissions) = permissions {
                 file.as_file().set_permissions(permissions)?;
             }
@@ -78,11 +79,14 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     // The crate's own default is 0600; the process's umask is applied to this.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // The crate wraps the system's error to add its temporary name, which is not the user's business.
-    builder.tempfile_in(folder).map_err(|error| {
-        let reason = error.get_ref().and_then(|wrapped| wrapped.source()).map(ToString::to_string);
-        io::Error::new(error.kind(), reason.unwrap_or_else(|| error.to_string()))
-    })
+    builder.tempfile_in(folder).map_err(|error| io::Error::new(error.kind(), without_name(&error)))
+}
+
+/// What the system said. The crate wraps it in an error of its own, of which nothing but the text can be had, to add its
+/// temporary name; that is not the user's business.
+fn without_name(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split_once(" at path \"").map_or(text.as_str(), |(reason, _)| reason).to_owned()
 }
 
 fn cannot_write(path: &Path, error: &io::Error) -> ImageError {
