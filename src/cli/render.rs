@@ -15,6 +15,9 @@ use octray::transfer::Transfer;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Pixels in the longest row or column that JPEG's header can tell of.
+const JPEG_SIDE: u32 = 65535;
+
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The scene: a POV-Ray 3.7 file
@@ -276,7 +279,33 @@ impl Output {
                 "only PNG and PPM have 16 bits; EXR and HDR always hold floats".into(),
             ));
         }
+        let longest = args.width.max(args.height);
+        if output.format == Format::Jpeg && longest > JPEG_SIDE {
+            return Err(Failure::Usage(format!(
+                "JPEG holds at most {JPEG_SIDE} pixels a side, not {longest}"
+            )));
+        }
+        output.check_overwrites(args)?;
         Ok(output)
+    }
+
+    /// Nothing is written over the scene, nor one result over the other.
+    fn check_overwrites(&self, args: &Args) -> Result<(), Failure> {
+        let stats = args.stats.as_deref().filter(|path| !is_stdout(path));
+        let scene = Some(&*args.scene);
+        for (what, path, other, found) in [
+            ("picture", self.path.as_deref(), "scene", scene),
+            ("stats", stats, "scene", scene),
+            ("stats", stats, "picture", self.path.as_deref()),
+        ] {
+            if let Some((path, found)) = path.zip(found)
+                && is_same_file(path, found)
+            {
+                let path = path.display();
+                return Err(Failure::Usage(format!("the {what} would overwrite the {other}: {path}")));
+            }
+        }
+        Ok(())
     }
 
     fn check_writable(&self) -> Result<(), Failure> {
@@ -289,6 +318,21 @@ impl Output {
             None => to_stdout(file),
         }
     }
+}
+
+/// True if writing to one path would replace what is at the other. Devices and pipes take both.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let is_device = |path: &Path| path.metadata().is_ok_and(|found| !found.is_file());
+    !is_device(a) && !is_device(b) && whole_path(a).is_some_and(|path| Some(path) == whole_path(b))
+}
+
+/// Without links; of what is not there yet, the folder's.
+fn whole_path(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok().or_else(|| {
+        let folder = path.parent()?;
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    })
 }
 
 fn is_stdout(path: &Path) -> bool {
