@@ -109,6 +109,8 @@ fn what_cannot_be_traced_is_refused() {
         ("rays --spheres sheet.mesh --eye 1,2,3", 2, "other kind"),
         ("rays --mesh sheet.mesh --rays sheet.mesh", 3, "RAYS0001"),
         ("rays --mesh sheet.mesh --eye 1,2,3 --size 12", 2, "multiple of 8"),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --size 8192", 2, "4096"),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --threads 1025", 2, "to 1024"),
         ("rays --mesh sheet.mesh --eye 0,1,0", 2, "--up"),
     ] {
         let output = octray(folder.path(), args);

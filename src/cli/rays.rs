@@ -1,7 +1,7 @@
 //! `octray rays`: how many rays a second, and what they hit.
 
 use super::Failure;
-use super::render::{PrecisionArg, TraversalArg};
+use super::render::{PrecisionArg, TraversalArg, threads};
 use super::scene::{SceneArgs, load};
 use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(long, value_name = "SETS", value_enum, value_delimiter = ',', default_values_t = SetArg::ALL)]
     sets: Vec<SetArg>,
     /// Camera rays a side, in blocks of 8 by 8: a multiple of 8
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=16384))]
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=4096))]
     size: u32,
     /// Where the camera stands; default for a scene: its own camera
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     repeat: usize,
     /// Threads; 0 is one per processor
-    #[arg(short, long, value_name = "N", default_value_t = 1)]
+    #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = threads)]
     threads: usize,
     /// How exactly to compute
     #[arg(short, long, value_enum, default_value_t)]

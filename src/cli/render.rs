@@ -65,7 +65,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 pub struct TracingArgs {
     /// Threads; 0 is one per processor. The picture is the same, bit by bit, for any number
-    #[arg(short, long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,
     /// How exactly to compute
     #[arg(short, long, value_enum, default_value_t)]
@@ -337,6 +337,15 @@ fn whole_path(path: &Path) -> Option<PathBuf> {
 
 fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
+}
+
+/// A number for `--threads`.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        // Each has a stack and queues of its own; more than there are processors only take memory.
+        Ok(threads @ 0..=1024) => Ok(threads),
+        _ => Err("expected a number from 0 (one per processor) to 1024".into()),
+    }
 }
 
 fn transfer(text: &str) -> Result<Transfer, String> {

@@ -13,6 +13,7 @@ mod table;
 use super::Failure;
 use super::crosscheck::povray::PovRay;
 use super::crosscheck::scenes;
+use super::render::threads;
 use super::scene::SceneArgs;
 use super::streams::{line_to_stdout, to_stdout};
 use measure::{Measured, measure};
@@ -39,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
     /// Threads; 0 is one per processor
-    #[arg(short, long, value_name = "N", default_value_t = 1)]
+    #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = threads)]
     threads: usize,
     /// Leave the oracle out where it would take longer than this
     #[arg(long, value_name = "SECONDS", default_value_t = 15.0)]
