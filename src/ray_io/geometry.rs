@@ -106,7 +106,29 @@ mod tests {
             panic!("not a mesh")
         };
         assert_eq!((vertices.len(), triangles), (4, vec![[0, 1, 2], [0, 2, 3]]));
-        assert!(read_geometry(b"v 0 0 0\nf 1 2 3\n").is_err());
-        assert!(read_geometry(b"v 0 zero 0\n").is_err());
+        // A mark of UTF-8 hid the first corner; faces may stand before their corners.
+        let marked = "\u{feff}v 0 0 0\nf 1 2 3\nv 1 0 0\nv 1 1 0\n";
+        let Ok(Geometry::Mesh { triangles, vertices }) = read_geometry(marked.as_bytes()) else {
+            panic!("not a mesh")
+        };
+        assert_eq!((vertices[0], vertices.len(), triangles), ([0.0; 3], 3, vec![[0, 1, 2]]));
+    }
+
+    #[test]
+    fn what_is_wrong_in_an_object_file_is_told_with_its_line() {
+        for (text, says) in [
+            ("v 0 0 0\nf 1 1 1\nf 1 1 2\nf 1 1 9\n", "line 3 names corner 2, which is not among the 1"),
+            ("v 0 0 0\nf 1 -2 1\n", "line 2: expected numbers of corners"),
+            ("v 0 0 0\nf 1 0 1\n", "line 2: expected numbers of corners"),
+            ("v 0 zero 0\n", "line 1: expected three finite numbers"),
+            ("v 0 0 0\nv 0 1e99 0\n", "line 2: expected three finite numbers"),
+            ("v 0 NaN 0\n", "line 1: expected three finite numbers"),
+            ("v 0 0 0\nv 1 0 0\nf 1 2\n", "line 3: expected three or more corners"),
+            ("f\n", "line 1: expected three or more corners"),
+            ("v 0 0 0\n", "OBJ file with faces"),
+        ] {
+            let error = read_geometry(text.as_bytes()).unwrap_err();
+            assert!(error.to_string().contains(says), "{text:?}: {error}");
+        }
     }
 }
