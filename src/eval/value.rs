@@ -166,10 +166,27 @@ impl Lacks {
     #[inline]
     pub fn add(&mut self, other: &Lacks) {
         self.depth = self.depth.max(other.depth);
-        if !other.met.is_empty() {
-            self.met.extend_from_slice(&other.met);
-            self.met.sort_unstable();
-            self.met.dedup();
+        match (self.met.last(), other.met.first()) {
+            (_, None) => {}
+            (Some(last), Some(first)) if first <= last => self.merge(&other.met),
+            // What is met later has the larger index: this is the usual way, and must not look at what is there.
+            _ => self.met.extend_from_slice(&other.met),
+        }
+    }
+}
+
+impl Lacks {
+    /// Takes in what is not there yet, which need not come after all that is.
+    fn merge(&mut self, met: &[u32]) {
+        let there = self.met.len();
+        for index in met {
+            if self.met[..there].binary_search(index).is_err() {
+                self.met.push(*index);
+            }
+        }
+        // Two runs in order are put together in linear time.
+        if self.met.get(there).is_some_and(|first| *first < self.met[there - 1]) {
+            self.met.sort();
         }
     }
 }
@@ -281,6 +298,29 @@ impl Value {
             Value::Media(_) => "media",
             Value::Later(later) => later.kind(),
             Value::Poison => "value that could not be read",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lacks;
+
+    #[test]
+    fn lacks_stay_sorted_and_each_once() {
+        for (a, b, both) in [
+            (&[][..], &[][..], &[][..]),
+            (&[], &[3, 5], &[3, 5]),
+            (&[3, 5], &[], &[3, 5]),
+            (&[3, 5], &[6, 7], &[3, 5, 6, 7]),
+            (&[3, 5], &[5, 7], &[3, 5, 7]),
+            (&[3, 5], &[3, 5], &[3, 5]),
+            (&[3, 5, 9], &[1, 5, 6, 12], &[1, 3, 5, 6, 9, 12]),
+        ] {
+            let of = |met: &[u32]| Lacks { met: met.into(), depth: 0 };
+            let mut sum = of(a);
+            sum.add(&of(b));
+            assert_eq!(sum, of(both), "{a:?} and {b:?}");
         }
     }
 }
