@@ -42,8 +42,9 @@ pub struct Mode {
     pub name: &'static str,
     /// Median seconds of tracing.
     pub trace_s: f64,
-    /// All rays over that time; of POV-Ray the rays that `exact` traced for the same picture.
-    pub mrays_per_s: f64,
+    /// All rays over that time; of POV-Ray the rays that `exact` traced for the same picture. `None` of a time too short for
+    /// its clock, which in POV-Ray's case counts in milliseconds.
+    pub mrays_per_s: Option<f64>,
     /// Its picture against strict's; of POV-Ray both end at 1.
     pub against_strict: Comparison,
     pub against_povray: Option<Comparison>,
@@ -137,7 +138,7 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
         modes.push(Mode {
             name,
             trace_s,
-            mrays_per_s: counts.total() as f64 / trace_s.max(1e-9) * 1e-6,
+            mrays_per_s: mrays_per_s(counts, trace_s),
             against_strict: compare(&strict.0, film)?,
             against_povray: povray_film
                 .as_ref()
@@ -164,7 +165,7 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
         modes.push(Mode {
             name: "POV-Ray",
             trace_s,
-            mrays_per_s: rays.total() as f64 / trace_s.max(1e-9) * 1e-6,
+            mrays_per_s: mrays_per_s(&rays, trace_s),
             against_strict: compare(&as_povray_writes(strict.0.clone()), theirs).map_err(told)?,
             against_povray: None,
             hits: None,
@@ -188,6 +189,10 @@ pub fn measure(path: &Path, args: &Args, povray: Option<&PovRay>) -> Result<Meas
     let walks = kinds::measure(&scene, args).map_err(|e| machine(&e))?;
     let scene = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Measured { scene, modes, walks, rays, strip, povray_strip })
+}
+
+fn mrays_per_s(rays: &RayCounts, seconds: f64) -> Option<f64> {
+    (seconds > 0.0).then(|| rays.total() as f64 / seconds * 1e-6)
 }
 
 /// The oracle's picture, rays and seconds, unless a sixteenth of the picture foretells that it takes too long.
@@ -239,6 +244,13 @@ fn camera_hits(scene: &Scene, args: &Args) -> Result<[HitErrors; 2], rayon::Thre
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// POV-Ray's time of a small picture is 0 ms: that was told as 827000.00 Mrays/s.
+    #[test]
+    fn no_time_has_no_speed() {
+        let rays = RayCounts { camera: 3_000_000, ..RayCounts::default() };
+        assert_eq!((mrays_per_s(&rays, 2.0), mrays_per_s(&rays, 0.0)), (Some(1.5), None));
+    }
 
     #[test]
     fn quantiles_of_known_lists() {

@@ -1,6 +1,6 @@
 //! Speed against error: a line a scene, a point a mode.
 
-use super::measure::Measured;
+use super::measure::{Measured, Mode};
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (960, 600);
@@ -54,7 +54,7 @@ fn plain(x: f64) -> String {
 /// Both axes are logarithmic. Fast, exact and strict are joined; the oracle and POV-Ray stand alone.
 pub fn svg(scenes: &[Measured]) -> Result<String, String> {
     let points = || scenes.iter().flat_map(|scene| &scene.modes);
-    let speeds = points().map(|mode| mode.mrays_per_s).filter(|speed| *speed > 0.0);
+    let speeds = points().filter_map(|mode| mode.mrays_per_s).filter(|speed| *speed > 0.0);
     let (low, high) =
         speeds.fold((f64::INFINITY, 0.0f64), |(low, high), speed| (low.min(speed), high.max(speed)));
     if !(low <= high) {
@@ -94,14 +94,16 @@ fn draw(
         .draw()?;
     for (number, scene) in scenes.iter().enumerate() {
         let color = COLORS[number % COLORS.len()].to_rgba();
-        let at = |mode: &super::measure::Mode| (mode.mrays_per_s, mode.against_strict.all.rmse.max(FLOOR));
-        let ours = scene.modes.iter().filter(|mode| ["fast", "exact", "strict"].contains(&mode.name)).map(at);
+        let at = |mode: &Mode| Some((mode.mrays_per_s?, mode.against_strict.all.rmse.max(FLOOR)));
+        let ours = scene.modes.iter().filter(|mode| ["fast", "exact", "strict"].contains(&mode.name));
+        let ours = ours.filter_map(at);
         chart
             .draw_series(LineSeries::new(ours, color.mix(0.6).stroke_width(2)))?
             .label(scene.scene.as_str())
             .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 14, y + 5)], color.filled()));
-        chart.draw_series(scene.modes.iter().map(|mode| {
-            EmptyElement::at(at(mode))
+        let marks = scene.modes.iter().filter_map(|mode| Some((mode, at(mode)?)));
+        chart.draw_series(marks.map(|(mode, at)| {
+            EmptyElement::at(at)
                 + Circle::new((0, 0), 4, color.filled())
                 + Text::new(
                     letter(mode.name),

@@ -45,7 +45,7 @@ fn speed_and_picture(mode: &Mode) -> [String; 6] {
     let picture = &mode.against_strict.all;
     [
         format!("{:.3}", mode.trace_s),
-        format!("{:.2}", mode.mrays_per_s),
+        mode.mrays_per_s.map_or_else(|| "-".into(), |speed| format!("{speed:.2}")),
         error(picture.rmse),
         error(picture.p999),
         error(picture.max),
@@ -123,7 +123,7 @@ pub fn csv(scenes: &[Measured]) -> String {
                 measured.scene.replace([',', '"', '\n'], "_"),
                 mode.name,
                 mode.trace_s,
-                mode.mrays_per_s,
+                mode.mrays_per_s.map(|speed| speed.to_string()).unwrap_or_default(),
                 picture.rmse,
                 picture.p999,
                 picture.max,
