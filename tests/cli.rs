@@ -188,6 +188,40 @@ mod scenes_with_errors {
     }
 }
 
+mod files_without_end {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_device_is_told() {
+        let (code, message) = told(&octray(folder().path(), "check /dev/zero"));
+        assert!(code == 1 && message.contains("/dev/zero: it is longer than 1024 MB"), "{message}");
+    }
+
+    #[test]
+    fn what_is_too_long_is_told() {
+        let folder = folder();
+        // Of holes: these take no room on the disk.
+        let long = fs::File::create(folder.path().join("long.inc")).unwrap();
+        long.set_len(5 << 30).unwrap();
+        fs::write(folder.path().join("a.scn"), "#include \"long.inc\"").unwrap();
+        fs::write(folder.path().join("b.scn"), "#fopen F \"long.inc\" read").unwrap();
+        // As if it were empty, it would be written anew.
+        fs::write(folder.path().join("c.scn"), "#fopen F \"long.inc\" append #write (F, 1)").unwrap();
+        for (args, expected, says) in [
+            ("check long.inc", 1, "longer than 1024 MB"),
+            ("check a.scn", 1, "longer than 1024 MB"),
+            ("check b.scn", 1, "longer than 1024 MB"),
+            ("check c.scn --allow-write .", 1, "longer than 1024 MB"),
+            ("rays --mesh long.inc --eye 1,2,3", 3, "longer than 4096 MB"),
+        ] {
+            let (code, message) = told(&octray(folder.path(), args));
+            assert!(code == expected && message.contains(says), "{args}: {code}: {message}");
+        }
+        assert_eq!(long.metadata().unwrap().len(), 5 << 30);
+    }
+}
+
 mod pictures {
     use super::*;
 

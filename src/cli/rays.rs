@@ -14,6 +14,8 @@ use octray::render::Precision;
 use octray::scene::{Camera, Mesh, MeshTriangle, Object, Projection, Scene, Shape};
 use octray::workbench::{CameraRays, Measured, Workbench};
 use serde::Serialize;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -326,9 +328,24 @@ fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or_default()
 }
 
+/// Bytes of the longest file of geometry or rays that is read: a device's has no end.
+const LONGEST: u64 = 4 << 30;
+
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path)
-        .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))
+    let read = || {
+        let file = File::open(path)?;
+        let len = file.metadata().map_or(0, |metadata| metadata.len());
+        let mut bytes = Vec::new();
+        if len <= LONGEST {
+            bytes.try_reserve_exact(len as usize + 1)?;
+            file.take(LONGEST + 1).read_to_end(&mut bytes)?;
+        }
+        match len.max(bytes.len() as u64) {
+            0..=LONGEST => Ok(bytes),
+            _ => Err(std::io::Error::other(format!("it is longer than {} MB", LONGEST >> 20))),
+        }
+    };
+    read().map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {

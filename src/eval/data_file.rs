@@ -3,7 +3,7 @@
 //! What a script writes stays in memory, where it can read it again, unless the user has named the folder it lies in
 //! ([`super::Options::write_paths`]): a scene from a stranger must not touch the disk.
 
-use super::files::Found;
+use super::files::{Found, read_file};
 use super::machine::{Lexeme, Machine, Res};
 use super::string::general;
 use super::value::{Num, Value};
@@ -61,7 +61,7 @@ impl Machine<'_> {
             }
             Token::Word(word @ (Keyword::Write | Keyword::Append)) => {
                 let before = match word {
-                    Keyword::Append => self.data_text(&name),
+                    Keyword::Append => self.data_text(&name)?,
                     _ => None,
                 };
                 let text = before.unwrap_or_default();
@@ -214,22 +214,27 @@ impl Machine<'_> {
     }
 
     /// The text of a file that the script has written, or that is on the disk.
-    fn data_text(&mut self, name: &str) -> Option<String> {
+    /// `None` if there is none.
+    fn data_text(&mut self, name: &str) -> Res<Option<String>> {
         if let Some(text) = self.data_files.written(name) {
-            return Some(text.to_string());
+            return Ok(Some(text.to_string()));
         }
-        match self.locate(name)? {
-            Found::File { path, .. } => {
-                let bytes = std::fs::read(&path).ok()?;
+        Ok(match self.locate(name) {
+            Some(Found::File { path, .. }) => {
+                // Not as if it were empty: `append` would write it anew.
+                let bytes = read_file(&path).map_err(|error| {
+                    self.halt(format!("cannot read the file {}: {error}", path.display()))
+                })?;
                 self.files_read.push(path);
                 Some(String::from_utf8_lossy(&bytes).into_owned())
             }
-            Found::Embedded(_, text) => Some(text.to_string()),
-        }
+            Some(Found::Embedded(_, text)) => Some(text.to_string()),
+            None => None,
+        })
     }
 
     fn data_tokens(&mut self, name: &str, at: Lexeme) -> Res<Arc<Program>> {
-        let Some(text) = self.data_text(name) else {
+        let Some(text) = self.data_text(name)? else {
             return Err(self.error(format!("cannot read the file `{name}`"), self.span(at)));
         };
         self.charge(text.len() * 8)?;

@@ -41,7 +41,7 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
     if path.is_dir() {
         return Err(format!("expected a scene file, found a directory: {}", path.display()));
     }
-    std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+    read_file(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
 }
 
 /// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed. A thread would do too, but not for
@@ -116,15 +116,23 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) 
 const SMALL_TEXT: usize = 16 << 10;
 const USUAL_TEXT: usize = 64 << 10;
 
-/// The bytes of an include.
-fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut file = std::fs::File::open(path)?;
+/// Bytes of the longest text that is read: no scene's is a hundredth of it, and a device's has no end.
+const LONGEST_TEXT: u64 = 1 << 30;
+
+/// The bytes of a scene, an include or a file of values.
+pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    let file = std::fs::File::open(path)?;
     let len = file.metadata().map_or(0, |metadata| metadata.len());
     let mut bytes = Vec::new();
-    // One more, so that the end is found without asking for more memory.
-    let len = (len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0);
-    bytes.try_reserve(if len > SMALL_TEXT { len.max(USUAL_TEXT) } else { len })?;
-    file.read_to_end(&mut bytes)?;
+    if len <= LONGEST_TEXT {
+        // One more, so that the end is found without asking for more memory.
+        let len = (len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0);
+        bytes.try_reserve(if len > SMALL_TEXT { len.max(USUAL_TEXT) } else { len })?;
+        file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes)?;
+    }
+    if len.max(bytes.len() as u64) > LONGEST_TEXT {
+        return Err(std::io::Error::other(format!("it is longer than {} MB", LONGEST_TEXT >> 20)));
+    }
     Ok(bytes)
 }
 
