@@ -24,7 +24,7 @@ from pathlib import Path
 def povray(scene, args):
     width, height = args.size.split("x")
     command = ["povray", f"+I{scene}", f"+W{width}", f"+H{height}", "-F", "-D", "-A", "-V", "+WT1"]
-    command += [f"+L{folder}" for folder in args.library]
+    command += [f"+L{folder}" for folder in [Path(scene).parent, *args.library]]  # octray looks beside the scene anyway
     run = subprocess.run(command, capture_output=True, text=True, errors="replace", check=True)
     trace = run.stderr[run.stderr.index("Trace Time"):]
     return float(re.search(r"using \d+ thread\(s\) with ([\d.]+) CPU", trace)[1])
