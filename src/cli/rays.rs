@@ -7,7 +7,7 @@ use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
 use glam::DVec3;
 use octray::bvh::{Occupancy, Preset};
-use octray::image_io::replace_file;
+use octray::image_io::{check_writable, replace_file};
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
 use octray::render::Precision;
@@ -157,6 +157,10 @@ struct Line {
 pub fn run(args: &Args) -> Result<(), Failure> {
     if !args.size.is_multiple_of(8) {
         return Err(Failure::Usage(format!("--size must be a multiple of 8, not {}", args.size)));
+    }
+    if let Some(path) = &args.hits {
+        // Better now than when all has been measured.
+        check_writable(path)?;
     }
     let (scene, primitives) = args.geometry()?;
     let precision = args.precision.into();
