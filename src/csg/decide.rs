@@ -24,7 +24,7 @@ pub(super) struct Decided {
 }
 
 /// Eight rays from their points nearest to the middle of a composite.
-struct Lines {
+struct FootRays {
     rays: Rays<f32x8>,
     /// How far those points are from the starts.
     shift: f64x8,
@@ -100,7 +100,7 @@ impl CsgTree {
         let shift = -from.dot(rays.dir);
         let foot = (from + rays.dir * shift).cast::<f32x8>();
         let pad = f32x8::splat(plan.pad);
-        let lines = Lines { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
+        let lines = FootRays { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
         let steady = shift.abs().le(f64x8::lit(plan.farthest));
         let mut doubt = lanes & !steady.bits();
         let mut live = lanes & !doubt;
@@ -235,7 +235,7 @@ impl CsgTree {
 
     /// A bit for each part that the rays of `live` may meet, and for some that are none.
     #[inline(always)]
-    fn passed_close(&self, plan: &Plan, lines: &Lines, live: u8) -> u64 {
+    fn passed_close(&self, plan: &Plan, lines: &FootRays, live: u8) -> u64 {
         let beam = Beam::new(&lines.rays, live, plan.size);
         let blocks = &self.capsules[plan.capsules.start as usize..plan.capsules.end as usize];
         let met = |(block, capsules)| u64::from(beam.meets(capsules)) << (block * LANES);
@@ -247,7 +247,7 @@ impl CsgTree {
     fn bracket(
         &self,
         (first, part): (u32, u32),
-        (rays, lines): (&Rays<f64x8>, &Lines),
+        (rays, lines): (&Rays<f64x8>, &FootRays),
         source: &impl PartRoots,
         sketch: &mut Sketch,
         go_on: impl FnOnce([f32x8; 2]) -> bool,
@@ -310,7 +310,7 @@ impl CsgTree {
         number: u32,
         rays: &Rays<f64x8>,
         at: Between,
-        lines: &Lines,
+        lines: &FootRays,
         source: &impl PartRoots,
         sketch: &mut Sketch,
     ) -> f64x8 {

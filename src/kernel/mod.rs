@@ -34,7 +34,7 @@ pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
 pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
 pub use obox::OrientedBoxes;
-pub use outline::{Center, Lines, Outlines};
+pub use outline::{Center, Outlines, PluckerLines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;

@@ -23,7 +23,7 @@ pub struct Center<S> {
 
 /// Eight lines about a [`Center`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Lines {
+pub struct PluckerLines {
     /// Unit directions.
     dir: [f32x8; 3],
     /// `(start - center) x dir`.
@@ -68,14 +68,14 @@ impl<S: Scalar> Center<S> {
 
     /// The lines about it of the rays in `lanes`, which its reach then takes in.
     #[inline(always)]
-    pub fn lines(&mut self, rays: &Rays<S::Lane>, lanes: u8) -> Lines {
+    pub fn lines(&mut self, rays: &Rays<S::Lane>, lanes: u8) -> PluckerLines {
         let at = DVec3::from_array(self.at.map(S::to_f64));
         let from: Vec3<f32x8> = (rays.origin - Vec3::splat(at)).cast();
         let dir: Vec3<f32x8> = rays.dir.cast();
         let reach = highest(Mask::from_bits(lanes).keep(from.dot(from))).sqrt();
         self.reach = self.reach.max(reach);
         let moment = from.cross(dir);
-        Lines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] }
+        PluckerLines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] }
     }
 }
 
@@ -103,7 +103,7 @@ impl Outlines {
 
     /// Lines that surely pass through triangle `k` of the four, and lines of which it is not sure whether they do.
     #[inline(always)]
-    pub fn meet(&self, k: usize, lines: &Lines) -> (u8, u8) {
+    pub fn meet(&self, k: usize, lines: &PluckerLines) -> (u8, u8) {
         let (k, zero) = (k % QUAD, f32x8::zero());
         let (mut a, mut b, mut c) = (zero, zero, zero);
         if self.parted {

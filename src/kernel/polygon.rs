@@ -15,7 +15,7 @@ use std::ops::Range;
 pub struct Polygons<S> {
     normal: [Vec<S>; 3],
     anchor: [Vec<S>; 3],
-    outlines: Vec<Outlines>,
+    outlines: Vec<OutlineRange>,
     /// Where outline `k` begins and ends in the pool.
     ends: Vec<Range<u32>>,
     corner: [Vec<S>; 3],
@@ -23,7 +23,7 @@ pub struct Polygons<S> {
 
 /// A run of entries in [`Polygons::ends`].
 #[derive(Debug, Clone, Copy)]
-struct Outlines {
+struct OutlineRange {
     first: u32,
     end: u32,
 }
@@ -44,7 +44,7 @@ impl<S: Scalar> Polygons<S> {
             }
             self.ends.push(begin..self.corner[0].len() as u32);
         }
-        let row = Outlines { first, end: self.ends.len() as u32 };
+        let row = OutlineRange { first, end: self.ends.len() as u32 };
         self.outlines.push(row);
         let anchor = self.middle(row);
         let normal = self.newell(row, anchor);
@@ -66,7 +66,7 @@ impl<S: Scalar> Polygons<S> {
     }
 
     /// The ranges of a polygon's outlines in the pool.
-    fn ranges(&self, row: Outlines) -> &[Range<u32>] {
+    fn ranges(&self, row: OutlineRange) -> &[Range<u32>] {
         &self.ends[row.first as usize..row.end as usize]
     }
 
@@ -74,19 +74,19 @@ impl<S: Scalar> Polygons<S> {
         DVec3::from_array(std::array::from_fn(|axis| self.corner[axis][k].to_f64()))
     }
 
-    fn corners_of(&self, row: Outlines) -> impl Iterator<Item = DVec3> {
+    fn corners_of(&self, row: OutlineRange) -> impl Iterator<Item = DVec3> {
         self.ranges(row).iter().cloned().flatten().map(|k| self.corner_of(k as usize))
     }
 
     /// The corners' mean.
-    fn middle(&self, row: Outlines) -> DVec3 {
+    fn middle(&self, row: OutlineRange) -> DVec3 {
         let (sum, count) = self.corners_of(row).fold((DVec3::ZERO, 0.0), |(s, n), p| (s + p, n + 1.0));
         if count > 0.0 { sum / count } else { sum }
     }
 
     /// The unit normal by Newell's sum over the edges of all outlines, each turned the way of the first so that
     /// holes do not cancel it; zero without an area.
-    fn newell(&self, row: Outlines, middle: DVec3) -> DVec3 {
+    fn newell(&self, row: OutlineRange, middle: DVec3) -> DVec3 {
         let mut total = DVec3::ZERO;
         for range in self.ranges(row) {
             let corners: Vec<_> = range.clone().map(|k| self.corner_of(k as usize) - middle).collect();

@@ -3,7 +3,7 @@
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
-use crate::kernel::{Block, Center, Left, Lines, Looking, Ray, View};
+use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ray, View};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits};
 use smallvec::SmallVec;
 
@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 pub struct Views<S: Scalar> {
     by_packet: SmallVec<[View<S::Lane>; GROUP]>,
     /// The rays as lines, by packet, and what about.
-    lines: SmallVec<[Lines; GROUP]>,
+    lines: SmallVec<[PluckerLines; GROUP]>,
     center: Center<S>,
     none: View<S::Lane>,
 }
