@@ -10,12 +10,12 @@ use crate::scene::{Camera, Projection};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Solids that a ray can be in to some effect, in order of declaration: kind, row and interior.
+/// Solids that the eye may be in, in order of declaration: kind, row and interior.
 #[derive(Debug, Default)]
 pub struct Enclosing(Vec<(u8, u32, u32)>);
 
 impl Enclosing {
-    /// The solids of `scene` whose insides rays can be in.
+    /// The solids of `scene` that the eye may be in: none where no interior matters.
     pub fn new<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Self {
         let mut solids = Vec::new();
         if scene.interiors.len() < 2 {

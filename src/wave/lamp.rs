@@ -31,8 +31,6 @@ pub struct Lamp<L: Lane> {
     free: u8,
     /// What its buffer has told of it.
     known: Known,
-    /// For what is asked of that.
-    asking: Query<L>,
 }
 
 impl<L: Lane> Lamp<L> {
@@ -80,8 +78,8 @@ impl<L: Lane> Lamp<L> {
             if known.doubtful != 0 {
                 let mut lines = Lines::default();
                 hit.leave(dir, &mut lines);
-                self.asking.aim(&lines, before_light(hit, distance), known.doubtful);
-                buffer.ask(scene, &mut self.asking, known);
+                let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
+                buffer.ask(scene, &mut query, known);
             }
             *answered += u64::from((known.free | known.blocked).count_ones());
             bright &= !known.blocked;
