@@ -183,7 +183,7 @@ impl Stretch {
 
     /// What a box leaves of `within`.
     #[inline(always)]
-    fn span(&self, min: [f32; 3], max: [f32; 3], within: &Span) -> Span {
+    pub(super) fn span(&self, min: [f32; 3], max: [f32; 3], within: &Span) -> Span {
         let corner = |c: [f32; 3]| Vec3::new(f32x8::splat(c[0]), f32x8::splat(c[1]), f32x8::splat(c[2]));
         let low = (corner(min) - self.up).mul(self.inverse);
         let high = (corner(max) - self.down).mul(self.inverse);
@@ -228,7 +228,7 @@ impl Composite {
     /// True if none of eight places is within its bounds, widened as for rays.
     pub(super) fn is_away_from(&self, places: Vec3<f64x8>) -> bool {
         let slack = max_abs(places) * f64x8::lit(BOUNDS_SLACK);
-        let [low, high] = self.box_around;
+        let [low, high] = self.asked_within.unwrap_or(self.box_around);
         let mut within = Mask::all_set();
         for (axis, x) in [places.x, places.y, places.z].into_iter().enumerate() {
             within &=
@@ -352,8 +352,12 @@ impl CsgTree {
         }
         let bounds_blocks = first_block..self.bounds.len() as u32;
         let closed = self.parts[first_part as usize..].iter().all(|part| part.closed);
-        let outward = BoundsBlock::new(&[reach]);
-        let box_around = [outward.min, outward.max].map(|corner| corner.map(|axis| axis[0]));
+        let outward = |bounds: Aabb| {
+            let block = BoundsBlock::new(&[bounds]);
+            [block.min, block.max].map(|corner| corner.map(|axis| axis[0]))
+        };
+        let box_around = outward(reach);
+        let asked_within = (reach != bounds).then(|| outward(bounds));
         let (first_required, first_needed) = (self.required.len() as u32, self.needed.len() as u32);
         self.require(root);
         let required = first_required..self.required.len() as u32;
@@ -366,6 +370,7 @@ impl CsgTree {
             bounds_blocks,
             bounds,
             box_around,
+            asked_within,
             closed,
             root,
             plan: None,

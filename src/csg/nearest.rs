@@ -23,6 +23,13 @@ impl CsgTree {
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
+        let lanes = match composite.asked_within {
+            None => lanes,
+            Some([min, max]) => {
+                let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+                lanes & stretch.span(min, max, &Span::up_to(f64x8::lit(f64::INFINITY))).lanes()
+            }
+        };
         let decided = match &composite.plan {
             Some(plan) => self.decide((composite, plan), rays, (lanes, t_min, any), source, scratch, best),
             None => Decided { changed: 0, doubt: lanes },

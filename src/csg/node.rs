@@ -52,6 +52,9 @@ pub struct Composite {
     pub bounds: Aabb,
     /// Holds its surfaces and its inside: lowest and highest corner, rounded outward.
     pub box_around: [[f32; 3]; 2],
+    /// Only what meets this box is asked about it, as in POV-Ray, which bounds it by its surfaces: of a composite whose inside
+    /// reaches beyond those (a disc's is a half space), else `None`.
+    pub asked_within: Option<[[f32; 3]; 2]>,
     /// All parts are [`Part::closed`].
     pub closed: bool,
     /// The expression for the inside of the whole.
