@@ -3,7 +3,7 @@
 //! The rooms, in a newcomer's reading order: text becomes tokens in [`lang`], values in [`eval`] and a plain
 //! description in [`scene`]; [`reference`](mod@reference) traces that description in the textbook's way, one f64 ray at a time; the
 //! packet engine compiles it to columns and traces it eight rays at a time; both fill a [`film`]. [`render`](mod@render)
-//! ties them, [`image_io`] writes and reads pictures, [`compare`](mod@compare) says how far two of them are apart. [`random`](mod@random) writes scenes for them to differ on.
+//! ties them, [`image_io`] turns pictures into files' bytes and back, [`file_io`] reads and writes those, [`compare`](mod@compare) says how far two of them are apart. [`random`](mod@random) writes scenes for them to differ on.
 #![forbid(unsafe_code)]
 
 // What pest's derive names where pest goes without `std`.
@@ -14,6 +14,7 @@ pub mod compare;
 pub mod compile;
 pub mod csg;
 pub mod eval;
+pub mod file_io;
 pub mod film;
 pub mod image_io;
 pub mod kernel;

@@ -214,6 +214,7 @@ mod files_without_end {
             ("check b.scn", 1, "longer than 1024 MB"),
             ("check c.scn --allow-write .", 1, "longer than 1024 MB"),
             ("rays --mesh long.inc --eye 1,2,3", 3, "longer than 4096 MB"),
+            ("compare long.inc long.inc", 3, "longer than 4096 MB"),
         ] {
             let (code, message) = told(&octray(folder.path(), args));
             assert!(code == expected && message.contains(says), "{args}: {code}: {message}");
@@ -556,6 +557,23 @@ mod check_lists_what_is_missing {
         assert!(!folder.path().join("out.txt").exists());
         assert_eq!(told(&octray(folder.path(), "check writer.scn --allow-write .")).0, 0);
         assert_eq!(fs::read_to_string(folder.path().join("out.txt")).unwrap(), "1.5\n");
+        // Not where a link leads out of there, nor over what is meant to stay.
+        let out = folder.path().join("out.txt");
+        fs::write(&out, "kept").unwrap();
+        #[cfg(unix)]
+        {
+            fs::create_dir(folder.path().join("inner")).unwrap();
+            std::os::unix::fs::symlink(&out, folder.path().join("inner/out.txt")).unwrap();
+            fs::copy(folder.path().join("writer.scn"), folder.path().join("inner/writer.scn")).unwrap();
+            let check = octray(folder.path(), "check inner/writer.scn --allow-write inner");
+            assert!(said(&check).contains("ignored: #write to a file"));
+        }
+        let mut permissions = fs::metadata(&out).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&out, permissions).unwrap();
+        let (code, message) = told(&octray(folder.path(), "check writer.scn --allow-write ."));
+        assert!(code == 1 && message.contains("the file is read-only"), "{code}: {message}");
+        assert_eq!(fs::read_to_string(&out).unwrap(), "kept");
     }
 }
 

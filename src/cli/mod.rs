@@ -15,6 +15,7 @@ mod stats;
 mod streams;
 
 use clap::{Parser, Subcommand};
+use octray::file_io::FileError;
 use octray::image_io::ImageError;
 use std::process::ExitCode;
 
@@ -62,6 +63,12 @@ enum Failure {
     Usage(String),
     /// A file, POV-Ray or the CPU: exit code 3.
     Machine(String),
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::Machine(error.to_string())
+    }
 }
 
 impl From<ImageError> for Failure {

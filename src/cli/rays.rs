@@ -7,15 +7,13 @@ use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
 use glam::DVec3;
 use octray::bvh::{Occupancy, Preset};
-use octray::image_io::{check_writable, replace_file};
+use octray::file_io::{check_writable, read_file, replace_file};
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
 use octray::render::Precision;
 use octray::scene::{Camera, Mesh, MeshTriangle, Object, Projection, Scene, Shape};
 use octray::workbench::{CameraRays, Measured, Workbench};
 use serde::Serialize;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -221,7 +219,7 @@ impl Args {
             let primitives = octray::render::shape_counts(&scene).values().sum::<u64>() as usize;
             return Ok((scene, primitives));
         };
-        let geometry = read_geometry(&read(path)?)
+        let geometry = read_geometry(&read_file(path, LONGEST)?)
             .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))?;
         if self.mesh.is_some() != matches!(geometry, Geometry::Mesh { .. }) {
             return Err(Failure::Usage(format!("{} holds the other kind of geometry", path.display())));
@@ -238,7 +236,7 @@ impl Args {
     ) -> Result<Vec<(String, RaySet, Option<RayHits>)>, Failure> {
         let mut sets = Vec::new();
         for path in &self.rays {
-            let (rays, known) = read_rays(&read(path)?)
+            let (rays, known) = read_rays(&read_file(path, LONGEST)?)
                 .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             sets.push((name, rays, Some(known)));
@@ -334,23 +332,6 @@ fn median(values: &[f64]) -> f64 {
 
 /// Bytes of the longest file of geometry or rays that is read: a device's has no end.
 const LONGEST: u64 = 4 << 30;
-
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let read = || {
-        let file = File::open(path)?;
-        let len = file.metadata().map_or(0, |metadata| metadata.len());
-        let mut bytes = Vec::new();
-        if len <= LONGEST {
-            bytes.try_reserve_exact(len as usize + 1)?;
-            file.take(LONGEST + 1).read_to_end(&mut bytes)?;
-        }
-        match len.max(bytes.len() as u64) {
-            0..=LONGEST => Ok(bytes),
-            _ => Err(std::io::Error::other(format!("it is longer than {} MB", LONGEST >> 20))),
-        }
-    };
-    read().map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))
-}
 
 fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();

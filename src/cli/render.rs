@@ -6,6 +6,7 @@ use super::scene::{SceneArgs, load};
 use super::stats::Stats;
 use super::streams::to_stdout;
 use clap::ValueEnum;
+use octray::file_io;
 use octray::image_io::{self, Developer, Encoding, Format};
 use octray::render::{
     Engine, LightBuffers, Precision, RenderError, RenderOptions, Schedule, Traversal, develop, render,
@@ -188,7 +189,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Before the rendering, which may take hours.
     output.check_writable()?;
     if let Some(path) = args.stats.as_deref().filter(|path| !is_stdout(path)) {
-        image_io::check_writable(path)?;
+        file_io::check_writable(path)?;
     }
 
     let options = RenderOptions { occupancy: args.occupancy, ..args.tracing.options(size.0, size.1) };
@@ -211,7 +212,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let stats = Stats::new(&options, stats, parse_s, start.elapsed().as_secs_f64());
         let mut json = serde_json::to_vec_pretty(&stats).expect("plain numbers and names");
         json.push(b'\n');
-        if is_stdout(path) { to_stdout(&json)? } else { image_io::replace_file(path, &json)? }
+        if is_stdout(path) { to_stdout(&json)? } else { file_io::replace_file(path, &json)? }
     }
     Ok(())
 }
@@ -309,12 +310,12 @@ impl Output {
     }
 
     fn check_writable(&self) -> Result<(), Failure> {
-        Ok(self.path.as_deref().map_or(Ok(()), image_io::check_writable)?)
+        Ok(self.path.as_deref().map_or(Ok(()), file_io::check_writable)?)
     }
 
     fn write(&self, file: &[u8]) -> Result<(), Failure> {
         match &self.path {
-            Some(path) => Ok(image_io::replace_file(path, file)?),
+            Some(path) => Ok(file_io::replace_file(path, file)?),
             None => to_stdout(file),
         }
     }

@@ -3,13 +3,13 @@
 //! What a script writes stays in memory, where it can read it again, unless the user has named the folder it lies in
 //! ([`super::Options::write_paths`]): a scene from a stranger must not touch the disk.
 
-use super::files::{Found, read_file};
+use super::files::{Found, read_text};
 use super::machine::{Lexeme, Machine, Res};
 use super::string::general;
 use super::value::{Num, Value};
+use crate::file_io::replace_file;
 use crate::lang::{Keyword, Manner, Mark, Program, Symbol, Token, read};
 use rustc_hash::FxHashMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -102,9 +102,8 @@ impl Machine<'_> {
         match self.writable(&name) {
             None => self.ignore("#write to a file (kept in memory; --allow-write lets it)", at),
             Some(path) => {
-                if let Err(error) = write_whole(&path, &text) {
-                    let message = format!("cannot write {}: {error}", path.display());
-                    let stop = self.error(message, self.span(at));
+                if let Err(error) = replace_file(&path, text.as_bytes()) {
+                    let stop = self.error(error.to_string(), self.span(at));
                     self.report(stop);
                 }
             }
@@ -116,10 +115,11 @@ impl Machine<'_> {
     fn writable(&self, name: &str) -> Option<PathBuf> {
         let path = self.folder.clone().unwrap_or_default().join(name);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let folder = folder.canonicalize().ok()?;
-        let allowed = |root: &PathBuf| root.canonicalize().is_ok_and(|root| folder.starts_with(root));
-        let file = path.file_name()?;
-        self.options.write_paths.iter().any(allowed).then(|| folder.join(file))
+        let file = folder.canonicalize().ok()?.join(path.file_name()?);
+        // A link is as good as what it leads to.
+        let file = file.canonicalize().unwrap_or(file);
+        let allowed = |root: &PathBuf| root.canonicalize().is_ok_and(|root| file.starts_with(root));
+        self.options.write_paths.iter().any(allowed).then_some(file)
     }
 
     /// `#write (Name, value, ...)`.
@@ -222,9 +222,7 @@ impl Machine<'_> {
         Ok(match self.locate(name) {
             Some(Found::File { path, .. }) => {
                 // Not as if it were empty: `append` would write it anew.
-                let bytes = read_file(&path).map_err(|error| {
-                    self.halt(format!("cannot read the file {}: {error}", path.display()))
-                })?;
+                let bytes = read_text(&path).map_err(|error| self.halt(error.to_string()))?;
                 self.files_read.push(path);
                 Some(String::from_utf8_lossy(&bytes).into_owned())
             }
@@ -288,15 +286,6 @@ fn datum(program: &Program, mut at: usize) -> Option<(Value, usize)> {
         }
         _ => number(&mut at).map(|value| (Value::Number(Num::float(value)), at)),
     }
-}
-
-fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    // What goes wrong is told without the temporary name, which the crate would add.
-    let file = tempfile::NamedTempFile::new_in(folder).map_err(|error| error.kind())?;
-    file.as_file().write_all(text.as_bytes())?;
-    file.persist(path)?;
-    Ok(())
 }
 
 impl Machine<'_> {

@@ -3,9 +3,9 @@
 use super::machine::{FrameKind, Lexeme, Machine, Res, STACK_BYTES, Stop};
 use super::value::{Num, Value};
 use super::{Evaluation, Options};
+use crate::file_io::{FileError, read_file};
 use crate::lang::{Diagnostic, FileId, Manner, Program, Severity, read};
 use corosensei::{on_stack, stack::DefaultStack};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ pub(super) fn read_scene(path: &Path) -> Result<Vec<u8>, String> {
     if path.is_dir() {
         return Err(format!("expected a scene file, found a directory: {}", path.display()));
     }
-    read_file(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+    read_text(path).map_err(|error| error.to_string())
 }
 
 /// Evaluates a text on a stack of its own, deep enough for whatever nesting is allowed. A thread would do too, but not for
@@ -110,30 +110,12 @@ fn evaluate(name: &str, path: Option<&Path>, bytes: Vec<u8>, options: &Options) 
     }
 }
 
-/// Memory for the text of an include: small, or of one size for all but the longest. The allocator keeps half a megabyte for each
-/// size of block, and the kernel clears two megabytes when they are first touched: for a dozen includes of a dozen sizes that took
-/// longer than to read them.
-const SMALL_TEXT: usize = 16 << 10;
-const USUAL_TEXT: usize = 64 << 10;
-
 /// Bytes of the longest text that is read: no scene's is a hundredth of it, and a device's has no end.
 const LONGEST_TEXT: u64 = 1 << 30;
 
 /// The bytes of a scene, an include or a file of values.
-pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
-    let file = std::fs::File::open(path)?;
-    let len = file.metadata().map_or(0, |metadata| metadata.len());
-    let mut bytes = Vec::new();
-    if len <= LONGEST_TEXT {
-        // One more, so that the end is found without asking for more memory.
-        let len = (len as usize).saturating_add(1).checked_next_power_of_two().unwrap_or(0);
-        bytes.try_reserve(if len > SMALL_TEXT { len.max(USUAL_TEXT) } else { len })?;
-        file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes)?;
-    }
-    if len.max(bytes.len() as u64) > LONGEST_TEXT {
-        return Err(std::io::Error::other(format!("it is longer than {} MB", LONGEST_TEXT >> 20)));
-    }
-    Ok(bytes)
+pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, FileError> {
+    read_file(path, LONGEST_TEXT)
 }
 
 impl Machine<'_> {
@@ -174,13 +156,7 @@ impl Machine<'_> {
                 if self.program_of.contains_key(&path) {
                     (path, String::new(), Vec::new(), library)
                 } else {
-                    let bytes = match read_file(&path) {
-                        Ok(bytes) => bytes,
-                        Err(error) => {
-                            let message = format!("cannot read the include file {}: {error}", path.display());
-                            return Err(self.halt(message));
-                        }
-                    };
+                    let bytes = read_text(&path).map_err(|error| self.halt(error.to_string()))?;
                     self.files_read.push(path.clone());
                     (path.clone(), path.display().to_string(), bytes, library)
                 }

@@ -1,7 +1,8 @@
 //! A film to the bytes of a file.
 
 use super::codes::{float_codes, integer_codes};
-use super::{Encoding, Format, ImageError, png, replace_file};
+use super::{Encoding, Format, ImageError, png};
+use crate::file_io::replace_file;
 use crate::film::{Film, Picture};
 use image::ExtendedColorType::{Rgb8, Rgb32F, Rgba32F};
 use image::ImageEncoder;
@@ -83,7 +84,7 @@ fn of_light((width, height): (u32, u32), film: &Film, encoding: &Encoding) -> Re
 /// # Errors
 /// If the picture cannot be encoded or the file not be written; what stood at `path` is then as it was.
 pub fn write(path: &Path, film: &Film, encoding: &Encoding) -> Result<(), ImageError> {
-    replace_file(path, &encode(film, encoding)?)
+    Ok(replace_file(path, &encode(film, encoding)?)?)
 }
 
 fn side(pixels: usize) -> Result<u32, ImageError> {

@@ -1,19 +1,18 @@
 //! Films to picture files and back.
 //!
-//! In come a [`Film`] and an [`Encoding`], out go the bytes of a file, and the reverse. Knows formats and curves, and how
-//! a file is replaced whole or not at all; knows nothing of scenes or of how a film was made.
+//! In come a [`Film`] and an [`Encoding`], out go the bytes of a file, and the reverse. Knows formats and curves; knows
+//! nothing of scenes or of how a film was made.
 
 mod codes;
 mod encode;
 mod png;
 mod read;
-mod replace;
 
 pub use codes::Developer;
 pub use encode::{encode, encode_developed, write};
 pub use read::{Assume, decode, read};
-pub use replace::{check_writable, replace_file};
 
+use crate::file_io::FileError;
 use crate::transfer::Transfer;
 use std::path::{Path, PathBuf};
 
@@ -74,15 +73,8 @@ pub struct Encoding {
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file system said no.
-    #[error("cannot {action} {}: {reason}", path.display())]
-    File {
-        /// "read" or "write".
-        action: &'static str,
-        /// The file meant, not a temporary one.
-        path: PathBuf,
-        /// What the system said.
-        reason: String,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not a picture, or a broken one.
     #[error("{} is not a picture that can be read: {reason}", path.display())]
     Broken {

@@ -1,6 +1,7 @@
 //! Picture files to films in linear light.
 
 use super::{ImageError, png};
+use crate::file_io::read_file;
 use crate::film::{Film, Pixel};
 use crate::transfer::Transfer;
 use image::{DynamicImage, ImageFormat};
@@ -16,17 +17,16 @@ pub enum Assume {
     Transfer(Transfer),
 }
 
+/// Bytes of the longest picture file that is read: a device's has no end.
+const LONGEST: u64 = 4 << 30;
+
 /// Reads PNG, EXR, HDR, PNM and JPEG, told apart by their first bytes.
 ///
 /// # Errors
 /// If the file cannot be read or is not such a picture.
 pub fn read(path: &Path, assume: Assume) -> Result<Film, ImageError> {
-    let bytes = std::fs::read(path).map_err(|error| ImageError::File {
-        action: "read",
-        path: path.into(),
-        reason: error.to_string(),
-    })?;
-    decode(&bytes, assume).map_err(|reason| ImageError::Broken { path: path.into(), reason })
+    decode(&read_file(path, LONGEST)?, assume)
+        .map_err(|reason| ImageError::Broken { path: path.into(), reason })
 }
 
 /// The same from a file's bytes. Alpha is multiplied into the colour; without alpha `transmit` is 0.

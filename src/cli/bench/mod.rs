@@ -17,7 +17,7 @@ use super::render::threads;
 use super::scene::SceneArgs;
 use super::streams::{line_to_stdout, to_stdout};
 use measure::{Measured, measure};
-use octray::image_io::replace_file;
+use octray::file_io::replace_file;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use super::{Args, Figures, Row};
 use crate::cli::Failure;
 use octray::compare::{AMPLIFY, EDGE_CONTRAST};
-use octray::image_io::replace_file;
+use octray::file_io::replace_file;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 //!
 //! A render that fails or is stopped leaves what stood there before.
 
-use super::ImageError;
+use super::FileError;
 use std::fs::{self, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -13,21 +13,20 @@ use tempfile::NamedTempFile;
 ///
 /// # Errors
 /// With the path and the system's reason; `path` is then as it was.
-pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    write_whole(path, bytes).map_err(|error| cannot_write(path, &error))
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    write_whole(path, bytes).map_err(|error| FileError::new("write", path, &error))
 }
 
 /// Finds out, before hours of rendering, whether [`replace_file`] could work: makes and removes a new file in the folder.
 ///
 /// # Errors
 /// As [`replace_file`].
-pub fn check_writable(path: &Path) -> Result<(), ImageError> {
-    let target = Target::of(path).map_err(|error| cannot_write(path, &error))?;
-    match target {
+pub fn check_writable(path: &Path) -> Result<(), FileError> {
+    let possible = Target::of(path).and_then(|target| match target {
         Target::Direct => Ok(()),
         Target::Replace { path: file, .. } => temporary_beside(&file).map(drop),
-    }
-    .map_err(|error| cannot_write(path, &error))
+    });
+    possible.map_err(|error| FileError::new("write", path, &error))
 }
 
 /// What is at the path.
@@ -87,8 +86,4 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
 fn without_name(error: &io::Error) -> String {
     let text = error.to_string();
     text.split_once(" at path \"").map_or(text.as_str(), |(reason, _)| reason).to_owned()
-}
-
-fn cannot_write(path: &Path, error: &io::Error) -> ImageError {
-    ImageError::File { action: "write", path: path.into(), reason: error.to_string() }
 }
