@@ -119,31 +119,29 @@ impl CsgTree {
         changed
     }
 
-    /// The interiors that the rays start in, with a bit for each lane: of a union or merge those of its children, of any
-    /// other composite its own.
+    /// Adds to `found` the interiors that the rays start in, with a bit for each lane: of a union or merge those of its
+    /// children, of any other composite its own.
     pub fn interiors_at_start(
         &self,
         composite: &Composite,
         rays: &Rays<f64x8>,
         source: &impl PartRoots,
         scratch: &mut Scratch,
-    ) -> Vec<(u32, u8)> {
-        let mut found = Vec::new();
+        found: &mut Vec<(u32, u8)>,
+    ) {
         if composite.is_away_from(rays.origin) {
-            return found;
+            return;
         }
         let line = Stretch::new(rays, !0);
         let mut along = self.along(composite, rays, source, scratch);
-        if !along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0) {
-            return found;
+        if along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0) {
+            let start = along.place(f64x8::zero(), !0);
+            along.collect_interiors(composite.root, &start, !0, found);
         }
-        let start = along.place(f64x8::zero(), !0);
-        along.collect_interiors(composite.root, &start, !0, &mut found);
-        found
     }
 
-    /// The parts that the places at `t` (known to a share of `t_error`) along the rays lie in or on, with a bit for each lane that does: whose looks a
-    /// cut face without one of its own shows (`cutaway_textures`).
+    /// Adds to `found` the parts that the places at `t` (known to a share of `t_error`) along the rays lie in or on, with a bit
+    /// for each lane that does: whose looks a cut face without one of its own shows (`cutaway_textures`).
     pub fn parts_at(
         &self,
         composite: &Composite,
@@ -151,16 +149,14 @@ impl CsgTree {
         (lanes, t, t_error): (u8, f64x8, f64),
         source: &impl PartRoots,
         scratch: &mut Scratch,
-    ) -> Vec<(u32, u8)> {
+        found: &mut Vec<(u32, u8)>,
+    ) {
         let line = Stretch::new(rays, lanes);
-        let mut found = Vec::new();
         let mut along = self.along(composite, rays, source, scratch);
-        if !along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), lanes) {
-            return found;
+        if along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), lanes) {
+            along.tie = TIE + t_error;
+            let at = along.place(t, lanes);
+            along.collect_parts(composite.root, lanes, &at, found);
         }
-        along.tie = TIE + t_error;
-        let at = along.place(t, lanes);
-        along.collect_parts(composite.root, lanes, &at, &mut found);
-        found
     }
 }

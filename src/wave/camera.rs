@@ -1,6 +1,7 @@
 //! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight a group.
 
 use super::area::{Shared, TileArea};
+use super::enclosing::EnclosingBuffers;
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
 use crate::kernel::Rays;
@@ -54,7 +55,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
     shared: &Shared<S, B>,
     area: TileArea,
     order: &PixelOrder,
-    media: &mut Media,
+    (media, buffers): (&mut Media, &mut EnclosingBuffers),
     queue: &mut Queue<Carriers<S::Lane>>,
 ) {
     let (scene, (width, height)) = (shared.scene, shared.size);
@@ -78,7 +79,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
         // One eye stands in one place; parallel rays start in many.
         let medium = match (camera.projection, eye_medium) {
             (Projection::Perspective, Some(medium)) => medium,
-            _ => shared.enclosing.media(scene, origin, media),
+            _ => shared.enclosing.media(scene, origin, media, buffers),
         };
         eye_medium = Some(medium);
         *queue.next() = Carriers {

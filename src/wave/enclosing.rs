@@ -10,6 +10,13 @@ use crate::scene::{Camera, Projection};
 use glam::DVec3;
 use smallvec::SmallVec;
 
+/// What is kept from one question to the next, so that nothing is allocated.
+#[derive(Debug, Default)]
+pub struct EnclosingBuffers {
+    scratch: Scratch,
+    found: Vec<(u32, u8)>,
+}
+
 /// Solids that the eye may be in, in order of declaration: kind, row and interior.
 #[derive(Debug, Default)]
 pub struct Enclosing(Vec<(u8, u32, u32)>);
@@ -51,6 +58,7 @@ impl Enclosing {
         scene: &Compiled<S, B>,
         points: Vec3<f64x8>,
         media: &mut Media,
+        EnclosingBuffers { scratch, found }: &mut EnclosingBuffers,
     ) -> [u32; LANES] {
         if self.0.is_empty() {
             return [0; LANES];
@@ -59,20 +67,20 @@ impl Enclosing {
         // Any direction will do; one along no axis and in no plane of a usual scene meets the fewest special cases.
         let dir = Vec3::splat(DVec3::new(0.36, 0.48, 0.8));
         let rays = Rays { origin: points, dir };
-        let mut scratch = Scratch::default();
         for &(kind, row, interior) in &self.0 {
-            let found = if kind == COMPOSITE {
+            found.clear();
+            if kind == COMPOSITE {
                 let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
                 let composite = &scene.csg.composites[row as usize];
-                scene.csg.interiors_at_start(composite, &rays, &source, &mut scratch)
+                scene.csg.interiors_at_start(composite, &rays, &source, scratch, found);
             } else {
                 let rays = Rays { origin: points.cast(), dir: dir.cast() };
                 let surface = scene.base[usize::from(kind)] + row;
                 let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
                 let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
-                vec![(interior, if inverse { !inside } else { inside })]
-            };
-            for (interior, inside) in found {
+                found.push((interior, if inverse { !inside } else { inside }));
+            }
+            for &(interior, inside) in &*found {
                 for (k, list) in lists.iter_mut().enumerate() {
                     // Parts of a union share one interior: it is entered once. The air of opaque solids, number 0 of them
                     // all, is never left: only its place among the others counts.

@@ -1,15 +1,13 @@
 //! Where rays meet surfaces, eight at a time, and which of them are shaded together.
 
-use super::composite::Parts;
 use super::query::Query;
 use super::queue::{Carriers, Lines, put, put3};
+use super::shown::Shown;
 use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
-use crate::csg::Scratch;
 use crate::kernel::{Block, Rays, Surfaces};
 use crate::lane::{
     LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, each_number, equal_lanes, f32x8,
 };
-use smallvec::SmallVec;
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -218,16 +216,18 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
 }
 
 /// What is known of eight hits by what owns the surface; lanes without a hit repeat one with.
-struct Looks {
-    owner: [u32; LANES],
+pub struct Looks {
+    /// By number.
+    pub owner: [u32; LANES],
     interior: [u32; LANES],
-    texture: [u32; LANES],
+    /// The texture seen, unless it is cut or blends.
+    pub texture: [u32; LANES],
     /// Lanes that are lit from both sides.
     double_illuminate: u8,
     /// Lanes on cut faces without a look of their own.
-    cuts: u8,
+    pub cuts: u8,
     /// Lanes on triangles that blend the textures of their corners.
-    blends: u8,
+    pub blends: u8,
 }
 
 impl Looks {
@@ -288,6 +288,7 @@ impl<L: Lane> HitList<L> {
         carriers: &Carriers<L>,
         query: &Query<L>,
         sender: Sender,
+        shown: &mut Shown,
         shade: &mut impl FnMut(&Hit<L>, u32, Sender),
     ) {
         let lanes = query.hits();
@@ -336,7 +337,7 @@ impl<L: Lane> HitList<L> {
             shade(&hit, programs[first], sender);
         }
         for k in bits(single | looks.cuts | looks.blends) {
-            for (texture, share) in shown(scene, query, (&looks, &found), k) {
+            for &(texture, share) in shown.find(scene, query, (&looks, &found), k) {
                 self.put(&hit, k, (texture, share), (program(texture), sender), shade);
             }
         }
@@ -400,58 +401,4 @@ impl<L: Lane> HitList<L> {
         self.filled = 0;
         true
     }
-}
-
-/// The textures that a hit shows, each with its share: one, but on cut faces and between corners that wear different ones. POV-Ray
-/// leaves out those too faint to be followed.
-#[inline]
-fn shown<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    query: &Query<S::Lane>,
-    (looks, found): (&Looks, &Surfaces<S::Lane>),
-    lane: usize,
-) -> SmallVec<[(u32, f64); 3]> {
-    let mut shown = SmallVec::new();
-    if looks.cuts >> lane & 1 == 1 {
-        let textures = cut_textures(scene, query, looks.owner[lane], lane);
-        let share = 1.0 / textures.len() as f64;
-        shown.extend(textures.into_iter().map(|texture| (texture, share)));
-    } else if looks.blends >> lane & 1 == 1 {
-        let (u, v) = (found.u.lanes()[lane].to_f64(), found.v.lanes()[lane].to_f64());
-        let shares = [S::from_f64(1.0 - u - v).to_f64(), u, v];
-        shown.extend(scene.owners[looks.owner[lane] as usize].textures.into_iter().zip(shares));
-    } else {
-        shown.push((looks.texture[lane], 1.0));
-        return shown;
-    }
-    shown.retain(|(_, share)| *share >= scene.globals.adc_bailout);
-    shown
-}
-
-/// The textures of the parts that a hit on a cut face lies in.
-fn cut_textures<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    query: &Query<S::Lane>,
-    owner: u32,
-    lane: usize,
-) -> Vec<u32> {
-    let mut room = None;
-    let rays = query.rays.in_double(&mut room);
-    let mut textures = vec![];
-    if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
-        let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
-        let source = Parts { scene, left: &query.left, part: &query.part, starts: true };
-        // Two roundings: of `t` itself, and of the ray that it was found along.
-        let at = (1 << lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
-        for (part, _) in scene.csg.parts_at(composite, rays, at, &source, &mut Scratch::default()) {
-            let owner = scene.owner[(scene.first_part + part) as usize];
-            if !scene.owners[owner as usize].cut {
-                textures.push(scene.owners[owner as usize].textures[0]);
-            }
-        }
-    }
-    if textures.is_empty() {
-        textures.push(scene.owners[owner as usize].textures[0]);
-    }
-    textures
 }

@@ -22,6 +22,7 @@ mod queue;
 mod rows;
 mod shade;
 mod shadow;
+mod shown;
 mod stream;
 mod sums;
 mod surround;

@@ -9,6 +9,10 @@ use super::onward::{Crossings, reflect, reflect_share, transmit};
 use crate::compile::Compiled;
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::texture::{Colors, LayerProgram};
+use smallvec::SmallVec;
+
+/// A texture with more layers under its top one allocates for each packet.
+const LOWER_LAYERS: usize = 3;
 
 /// A layer under others, as light meets it.
 struct LitLayer<'a> {
@@ -40,7 +44,7 @@ pub fn shade<S: Scalar, B: Scalar>(
     let mut filter = Vec3::lit(1.0);
     let mut transmitted = one;
     // Most textures have one layer, which nothing lies over.
-    let (mut top_lit, mut lit_below) = (false, Vec::new());
+    let (mut top_lit, mut lit_below) = (false, SmallVec::<[LitLayer; LOWER_LAYERS]>::new());
     let (mut top_colors, mut below) = (Colors::default(), Colors::default());
     let mut mirrors = Few::new();
     for (number, layer) in program.layers.iter().enumerate() {
@@ -117,12 +121,12 @@ pub fn shade<S: Scalar, B: Scalar>(
 /// Mostly one of something, at times more.
 struct Few<T> {
     first: Option<T>,
-    more: Vec<T>,
+    more: SmallVec<[T; LOWER_LAYERS]>,
 }
 
 impl<T> Few<T> {
     fn new() -> Self {
-        Self { first: None, more: Vec::new() }
+        Self { first: None, more: SmallVec::new() }
     }
 
     #[inline(always)]

@@ -3,12 +3,14 @@
 use super::area::{Shared, TileArea};
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
+use super::enclosing::EnclosingBuffers;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
 use super::query::{GROUP, Query};
 use super::queue::{Carriers, Feelers, Queue};
 use super::shade::shade;
 use super::shadow::ShadowTracer;
+use super::shown::Shown;
 use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
@@ -39,6 +41,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     queries: Vec<Query<S::Lane>>,
     sums: Sums,
     media: Media,
+    enclosing: EnclosingBuffers,
+    shown: Shown,
     order: PixelOrder,
     /// What shading has counted.
     counts: PacketCounts,
@@ -66,6 +70,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             queries: Vec::new(),
             sums: Sums::default(),
             media: Media::default(),
+            enclosing: EnclosingBuffers::default(),
+            shown: Shown::default(),
             order: PixelOrder::default(),
             counts: PacketCounts::default(),
         }
@@ -83,7 +89,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         self.shadows.begin_tile();
         self.sums.reset(area.width * area.height);
         self.order.set(area.width, area.height);
-        push_camera_rays(shared, area, &self.order, &mut self.media, &mut self.camera);
+        let around = (&mut self.media, &mut self.enclosing);
+        push_camera_rays(shared, area, &self.order, around, &mut self.camera);
         let camera = self.camera.take_count();
         self.camera.take_last(usize::MAX, &mut self.batch, &mut self.batch_order);
         self.wave(shared, Sender::Camera);
@@ -140,8 +147,19 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
     fn wave(&mut self, shared: &Shared<S, B>, sender: Sender) {
-        let Self { batch, batch_order, queries, tracer, hits, sums, media, shadow_queues, shadows, .. } =
-            self;
+        let Self {
+            batch,
+            batch_order,
+            queries,
+            tracer,
+            hits,
+            shown,
+            sums,
+            media,
+            shadow_queues,
+            shadows,
+            ..
+        } = self;
         let scene = shared.scene;
         let background = Vec3::splat(scene.background.rgb);
         let filter = match sender {
@@ -165,7 +183,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                         sums.add_transmit(&rays.sink, share, missed);
                     }
                 }
-                hits.take(scene, rays, query, sender, &mut |hit, program, sender| {
+                hits.take(scene, rays, query, sender, shown, &mut |hit, program, sender| {
                     let refracted = &mut refracted[sender as usize];
                     let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
                     shade(scene, &shared.lights, hit, program, &mut emit);
