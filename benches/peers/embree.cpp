@@ -1,12 +1,13 @@
 // The peer of `octray rays`: Embree 3 on the same geometry and the same rays, eight at a time.
 //
 //   g++ -std=c++17 -O3 -march=native embree.cpp -o embree -lembree3
-//   ./embree (--mesh FILE.mesh | --spheres FILE.sph) --repeat N SET.rays...
+//   ./embree (--mesh FILE.mesh | --spheres FILE.sph) [--robust] [--repeat N] [--answers SUFFIX] SET.rays...
 //
 // Files are those of `octray rays --help`. Each set is traced with the coherent and with the incoherent flag, one after
 // the other in every repetition, by one thread; a line of JSON per set and flag has the median, in processor time.
 // Rays are loaded from columns and hits written to columns, as in octray. `differs` counts rays whose answer is not
-// the one stored in the file.
+// the one stored in the file. `--robust` asks for edges without cracks and boxes that lose no hit, `--answers SUFFIX` writes
+// SET.raysSUFFIX: the same rays with the answers given here.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -76,7 +77,7 @@ Set read_set(const std::string& path) {
     return set;
 }
 
-RTCScene build(RTCDevice device, const std::string& path, bool spheres, double* seconds, uint32_t* primitives) {
+RTCScene build(RTCDevice device, const std::string& path, bool spheres, bool robust, double* seconds, uint32_t* primitives) {
     const auto bytes = bytes_of(path);
     const uint32_t n = count_at(bytes, 8), m = count_at(bytes, 12);
     RTCGeometry geometry;
@@ -92,6 +93,7 @@ RTCScene build(RTCDevice device, const std::string& path, bool spheres, double* 
     }
     const double begin = cpu_seconds();
     RTCScene scene = rtcNewScene(device);
+    if (robust) rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -135,6 +137,19 @@ double trace(RTCScene scene, bool coherent, const Set& set, std::vector<float>& 
     return cpu_seconds() - begin;
 }
 
+void write_answers(const std::string& path, const std::string& suffix, const Set& set, const std::vector<float>& t, const std::vector<uint32_t>& hit) {
+    auto bytes = bytes_of(path);
+    char* at = bytes.data() + 16 + 32 * size_t(set.n);
+    std::vector<uint32_t> answer(hit.begin(), hit.begin() + set.n);
+    if (set.any)
+        for (size_t k = 0; k < set.n; k++) answer[k] = t[k] < 0;
+    std::memcpy(at, t.data(), 4 * size_t(set.n));
+    std::memcpy(at + 4 * size_t(set.n), answer.data(), 4 * size_t(set.n));
+    std::ofstream file(path + suffix, std::ios::binary);
+    file.write(bytes.data(), std::streamsize(bytes.size()));
+    if (!file) fail("cannot write " + path + suffix);
+}
+
 size_t differing(const Set& set, const std::vector<float>& t, const std::vector<uint32_t>& hit) {
     size_t n = 0;
     for (size_t k = 0; k < set.n; k++) {
@@ -152,12 +167,15 @@ size_t differing(const Set& set, const std::vector<float>& t, const std::vector<
 
 int main(int argc, char** argv) {
     std::string geometry;
-    bool spheres = false;
+    bool spheres = false, robust = false;
     int repeat = 1;
+    std::string suffix;
     std::vector<std::string> sets;
     for (int k = 1; k < argc; k++) {
         const std::string word = argv[k];
         if ((word == "--mesh" || word == "--spheres") && k + 1 < argc) spheres = word == "--spheres", geometry = argv[++k];
+        else if (word == "--robust") robust = true;
+        else if (word == "--answers" && k + 1 < argc) suffix = argv[++k];
         else if (word == "--repeat" && k + 1 < argc) repeat = std::max(1, std::atoi(argv[++k]));
         else sets.push_back(word);
     }
@@ -168,7 +186,7 @@ int main(int argc, char** argv) {
     if (!device) fail("no device");
     double build_s = 0;
     uint32_t primitives = 0;
-    RTCScene scene = build(device, geometry, spheres, &build_s, &primitives);
+    RTCScene scene = build(device, geometry, spheres, robust, &build_s, &primitives);
     for (const auto& path : sets) {
         const Set set = read_set(path);
         std::vector<float> t(set.column[0].size());
@@ -180,6 +198,7 @@ int main(int argc, char** argv) {
                 seconds[coherent].push_back(trace(scene, coherent, set, t, hit));
                 differs[coherent] = differing(set, t, hit);
             }
+        if (!suffix.empty()) write_answers(path, suffix, set, t, hit);
         for (int coherent = 0; coherent < 2; coherent++) {
             auto& s = seconds[coherent];
             std::sort(s.begin(), s.end());

@@ -1,9 +1,15 @@
-"""octray beside Embree on the same rays: `python rays.py OCTRAY EMBREE FOLDER OUT [--rounds N] [--only a,b]`.
+"""octray beside Embree on the same rays: `python rays.py OCTRAY EMBREE FOLDER OUT [--rounds N] [--repeat N] [--only a,b]`.
 
-FOLDER holds what `geometry.py` has written; ray sets are made there by octray (in double precision, whose hits both
-engines are then compared with). Rounds are interleaved, one process of each engine after the other; a figure is the
-median over rounds, in rays per second of processor time of one thread, so that it holds on a machine others use too.
-Writes OUT/rays.csv and OUT/rays.md.
+FOLDER holds what `geometry.py` has written; ray sets are made there by octray in double precision (`strict`). Rounds are
+interleaved, one process of each engine after the other, each round beginning with another; in a process each set is traced
+`--repeat` times, of which the middle counts: the first pays for memory that nobody has touched. A figure is the median over
+rounds, in rays per second of processor time of one thread, so that it holds on a machine others use too. `Embree` is the better
+of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
+
+How many answers differ (hit against miss, or a distance by over 1e-5 of it) is counted twice: from those in double precision, and
+those of `fast` from Embree's with and without the robust flag.
+
+Writes OUT/rays.csv (seconds), OUT/answers.csv, OUT/rays.md and OUT/answers.md.
 """
 
 import argparse
@@ -21,59 +27,125 @@ def lines(command):
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
+def options(view, keys):
+    vector = lambda value: ",".join(map(str, value)) if isinstance(value, list) else str(value)
+    return [word for key in keys for word in (f"--{key}", vector(view[key]))]
+
+
+def write_table(path, head, rows):
+    text = [head, ["---"] * len(head), *rows]
+    path.write_text("".join("| " + " | ".join(map(str, row)) + " |\n" for row in text))
+
+
+def write_csv(path, head, rows):
+    with open(path, "w", newline="") as file:
+        csv.writer(file).writerows([head, *rows])
+
+
+class Geometry:
+    """A file of geometry, its ray sets, and the ways to trace them."""
+
+    def __init__(self, args, name, view):
+        self.name = name
+        shape = ["--mesh" if view["file"].endswith(".mesh") else "--spheres", args.folder / view["file"]]
+        self.octray, self.embree = [args.octray, "rays", *shape], [args.embree, *shape]
+        prefix = args.folder / name
+        camera = options(view, ["eye", "look", "fov", "light", "size"])
+        lines([*self.octray, *camera, "-p", "strict", "--dump", prefix])
+        self.files = [f"{prefix}.{one}.rays" for one in SETS]
+
+    def by_octray(self, precision, suffix="", repeat=1):
+        files = [word for file in self.files for word in ("--rays", file + suffix)]
+        return lines([*self.octray, "-p", precision, "--repeat", repeat, *files])
+
+    def by_embree(self, *flags, repeat=1):
+        """Two lines for each set: with the flag for coherent rays, and with that for others."""
+        pairs = lines([*self.embree, *flags, "--repeat", repeat, *self.files])
+        return [[one, other] for one, other in zip(pairs[::2], pairs[1::2])]
+
+    def answers(self):
+        """Of each set: rays, and how many answers differ, by who is held against whom."""
+        embree = self.by_embree("--answers", ".embree")
+        robust = self.by_embree("--answers", ".robust", "--robust")
+        pairs = {
+            "Embree / strict": [pair[1] for pair in embree],
+            "Embree robust / strict": [pair[1] for pair in robust],
+            "fast / strict": self.by_octray("fast"),
+            "exact / strict": self.by_octray("exact"),
+            "fast / Embree": self.by_octray("fast", ".embree"),
+            "fast / Embree robust": self.by_octray("fast", ".robust"),
+            "strict / Embree robust": self.by_octray("strict", ".robust"),
+        }
+        for suffix in [".embree", ".robust"]:
+            for file in self.files:
+                Path(file + suffix).unlink()
+        return [[self.name, one, line["rays"], *(found[k]["differs"] for found in pairs.values())]
+                for k, (one, line) in enumerate(zip(SETS, pairs["fast / strict"]))], list(pairs)
+
+    def round(self, number, repeat):
+        """A line of the table of seconds for each engine, flag and set."""
+        engines = {
+            "embree": lambda: self.by_embree(repeat=repeat),
+            "fast": lambda: self.by_octray("fast", repeat=repeat),
+            "exact": lambda: self.by_octray("exact", repeat=repeat),
+            "robust": lambda: self.by_embree("--robust", repeat=repeat),
+        }
+        names = list(engines)
+        for engine in names[number % len(names):] + names[:number % len(names)]:
+            for one, found in zip(SETS, engines[engine]()):
+                for line in found if isinstance(found, list) else [found]:
+                    mode = {None: "", True: " coherent", False: " incoherent"}[line.get("coherent")]
+                    yield [self.name, one, engine + mode, number, line["rays"], line["mrays_cpu_s"], line["primitives"], line["build_cpu_s"]]
+
+
+def summed_up(name, rows):
+    """Lines of the table: medians over rounds, and the best of each."""
+    rates, built = {}, {}
+    for _, one, engine, number, _, rate, primitives, build_s in rows:
+        rates.setdefault((one, engine), []).append(rate)
+        built.setdefault(engine.split()[0], []).append(primitives * 1e-6 / build_s)
+
+    def better(one, engine, of):
+        return max(of(rates[one, engine + flag]) for flag in (" coherent", " incoherent"))
+
+    for one in SETS:
+        fast, exact = rates[one, "fast"], rates[one, "exact"]
+        middle, best = statistics.median(fast), max(fast)
+        embree, robust = (better(one, engine, statistics.median) for engine in ("embree", "robust"))
+        yield [name, one, f"{embree:.2f}", f"{robust:.2f}", f"{middle:.2f}", f"**{middle / embree:.2f}**",
+               f"{best / better(one, 'embree', max):.2f}", f"{middle / robust:.2f}",
+               f"{statistics.median(exact):.2f}", f"{statistics.median(exact) / middle:.2f}"]
+    rate = {engine: statistics.median(values) for engine, values in built.items()}
+    yield [name, "build", f"{rate['embree']:.2f}", f"{rate['robust']:.2f}", f"{rate['fast']:.2f}", f"**{rate['fast'] / rate['embree']:.2f}**",
+           f"{max(built['fast']) / max(built['embree']):.2f}", f"{rate['fast'] / rate['robust']:.2f}",
+           f"{rate['exact']:.2f}", f"{rate['exact'] / rate['fast']:.2f}"]
+
+
 def main():
     parse = argparse.ArgumentParser()
     for name in ["octray", "embree", "folder", "out"]:
         parse.add_argument(name, type=Path)
     parse.add_argument("--rounds", type=int, default=7)
+    parse.add_argument("--repeat", type=int, default=3)
     parse.add_argument("--only", default="")
-    parse.add_argument("--size", type=int, default=1024)
     args = parse.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    views = json.loads((args.folder / "views.json").read_text())
-    rows, summary = [], []
-    for name, view in views.items():
+    rows, table, differing = [], [], []
+    for name, view in json.loads((args.folder / "views.json").read_text()).items():
         if args.only and name not in args.only.split(","):
             continue
-        geometry = ["--mesh" if view["file"].endswith(".mesh") else "--spheres", args.folder / view["file"]]
-        vector = lambda key: ",".join(map(str, view[key]))
-        prefix = args.folder / name
-        camera = ["--eye", vector("eye"), "--look", vector("look"), "--fov", view["fov"], "--light", vector("light")]
-        lines([args.octray, "rays", *geometry, *camera, "--size", args.size, "-p", "strict", "--dump", prefix])
-        files = [f"{prefix}.{one}.rays" for one in SETS]
-        engines = {
-            "embree": [args.embree, *geometry, *files],
-            "fast": [args.octray, "rays", *geometry, "-p", "fast", *(w for f in files for w in ("--rays", f))],
-            "exact": [args.octray, "rays", *geometry, "-p", "exact", *(w for f in files for w in ("--rays", f))],
-        }
-        rates, differs, built = {}, {}, {}
-        for number in range(args.rounds):
-            for engine, command in engines.items():
-                for k, line in enumerate(lines(command)):
-                    one = SETS[k // 2] if engine == "embree" else SETS[k]
-                    mode = engine if engine != "embree" else "embree-coherent" if line["coherent"] else "embree-incoherent"
-                    rates.setdefault((one, mode), []).append(line["mrays_cpu_s"])
-                    differs[one, mode] = line["differs"]
-                    built.setdefault(engine, []).append(line["primitives"] * 1e-6 / line["build_cpu_s"])
-                    rows.append([name, one, mode, number, line["rays"], line["mrays_cpu_s"], line["build_cpu_s"], line["differs"]])
-        for one in SETS:
-            middle = {mode: statistics.median(rates[one, mode]) for s, mode in rates if s == one}
-            best = max(middle["embree-coherent"], middle["embree-incoherent"])
-            summary.append([
-                name, one, f"{best:.2f}", f"{middle['fast']:.2f}", f"**{middle['fast'] / best:.2f}**",
-                f"{middle['exact']:.2f}", f"{middle['exact'] / middle['fast']:.2f}",
-                differs[one, "embree-incoherent"], differs[one, "fast"], differs[one, "exact"],
-            ])
-        rate = {engine: statistics.median(values) for engine, values in built.items()}
-        summary.append([name, "build", *(f"{rate[e]:.2f}" for e in ("embree", "fast")), f"**{rate['fast'] / rate['embree']:.2f}**", f"{rate['exact']:.2f}", "", "", "", ""])
+        geometry = Geometry(args, name, view)
+        found, pairs = geometry.answers()
+        differing += found
+        own = [row for number in range(args.rounds) for row in geometry.round(number, args.repeat)]
+        rows += own
+        table += summed_up(name, own)
         print(name, flush=True)
-        with open(args.out / "rays.csv", "w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(["geometry", "set", "engine", "round", "rays", "mrays_cpu_s", "build_cpu_s", "differs"])
-            writer.writerows(rows)
-        head = ["geometry", "rays", "Embree", "fast", "fast / Embree", "exact", "exact / fast", "Embree differs", "fast differs", "exact differs"]
-        table = [head, ["---"] * len(head), *summary]
-        (args.out / "rays.md").write_text("".join("| " + " | ".join(map(str, row)) + " |\n" for row in table))
+        write_csv(args.out / "rays.csv", ["geometry", "set", "engine", "round", "rays", "mrays_cpu_s", "primitives", "build_cpu_s"], rows)
+        write_table(args.out / "rays.md", ["geometry", "rays", "Embree", "robust", "fast", "fast / Embree", "best / best", "fast / robust", "exact", "exact / fast"], table)
+        head = ["geometry", "set", "rays", *pairs]
+        write_csv(args.out / "answers.csv", head, differing)
+        write_table(args.out / "answers.md", head, differing)
 
 
 if __name__ == "__main__":
