@@ -10,7 +10,7 @@ use super::single::walk_single;
 use super::stack::{Entry, Order, Sides};
 use super::visit::Visit;
 use super::{Bvh, Child, Node};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits, bits_from_last, highest};
 
 /// Packets that share an octant, and how they are looked at.
 pub(super) struct Group<'a, B: Scalar> {
@@ -78,7 +78,7 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
         }
         let node = &bvh.nodes[entry.child.index()];
         let looking = (&units, fars, farthest);
-        expand::<B, LOOSE>(node, who, &sides, &culls, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, LOOSE>(node, who, &sides, &culls, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -139,14 +139,14 @@ pub(super) fn walk_packet<B: Scalar>(
         }
         let node = &bvh.nodes[entry.child.index()];
         let looking = (&units, far, farthest);
-        expand::<B, false>(node, lanes, &sides, &culls, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, false>(node, lanes, &sides, &culls, looking, packets, (stack, &mut top), visit);
     }
 }
 
-/// Puts the children of a node on the stack that units of `who` may meet, the farthest first. `LOOSE` units
+/// Puts the children of a node on the stack that units of `who` may meet, the farthest first, or the last if any hit ends. `LOOSE` units
 /// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked.
 #[inline(always)]
-fn expand<B: Scalar, const LOOSE: bool>(
+fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
     node: &Node<B>,
     who: u8,
     sides: &Sides,
@@ -154,7 +154,7 @@ fn expand<B: Scalar, const LOOSE: bool>(
     (units, fars, farthest): (&Units<B>, B::Lane, B),
     packets: &[Packet<B>],
     (stack, top): (&mut [Entry<B>], &mut usize),
-    visit: &mut impl Visit<B>,
+    visit: &mut V,
 ) {
     visit.boxes(node.children());
     // All eight children against the bounds of the whole group.
@@ -166,7 +166,7 @@ fn expand<B: Scalar, const LOOSE: bool>(
     }
     let mut children = t_in.le(t_out).bits();
     let (t_in, mut order) = (t_in.to_array(), Order::default());
-    let mut met_by = [0u8; LANES];
+    let (mut met_by, mut own_order) = ([0u8; LANES], 0u8);
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
@@ -200,10 +200,14 @@ fn expand<B: Scalar, const LOOSE: bool>(
         }
         if met != 0 {
             met_by[c] = met;
-            order.insert(t_in[c], c);
+            if V::ANY {
+                own_order |= 1 << c;
+            } else {
+                order.insert(t_in[c], c);
+            }
         }
     }
-    for c in order.farthest_first() {
+    for c in bits_from_last(own_order).chain(order.farthest_first()) {
         stack[*top] = Entry { near: t_in[c], child: node.child[c], who: met_by[c] };
         *top += 1;
     }

@@ -34,7 +34,7 @@ pub struct Bvh<B: Scalar> {
 pub struct Node<B: Scalar> {
     /// Lowest corners by axis, then highest corners by axis; `+inf` and `-inf` for absent children.
     pub planes: [[B; LANES]; 6],
-    /// Child by child.
+    /// Child by child, the largest box first.
     pub child: [Child; LANES],
 }
 

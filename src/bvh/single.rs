@@ -4,7 +4,7 @@ use super::packet::Packet;
 use super::stack::{Entry, Order, Sides, child_of, key_of};
 use super::visit::Visit;
 use super::{Bvh, Child};
-use crate::lane::{LANES, Lane, Scalar, bits};
+use crate::lane::{LANES, Lane, Scalar, bits, bits_from_last};
 
 /// Lanes of a packet one by one.
 pub(super) fn walk_lanes<B: Scalar>(
@@ -21,14 +21,14 @@ pub(super) fn walk_lanes<B: Scalar>(
 }
 
 /// One ray against eight boxes at a time, from `start` down.
-pub(super) fn walk_single<B: Scalar>(
+pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
     bvh: &Bvh<B>,
     packet: &mut Packet<B>,
     number: usize,
     lane: usize,
     start: Child,
     stack: &mut [Entry<B>],
-    visit: &mut impl Visit<B>,
+    visit: &mut V,
 ) {
     // Numbers are read where they stand: to move eight of them for one costs a stall.
     let inverse = [0, 1, 2].map(|axis| packet.inverse[axis].lanes()[lane]);
@@ -68,9 +68,17 @@ pub(super) fn walk_single<B: Scalar>(
                     continue;
                 }
                 let t_in = t_in.to_array();
+                let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
+                if V::ANY {
+                    for c in bits_from_last(met) {
+                        stack[top] = entry(c);
+                        top += 1;
+                    }
+                    child = node.child[c];
+                    continue;
+                }
                 let d = met.trailing_zeros() as usize & (LANES - 1);
                 met &= met - 1;
-                let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
                 if met == 0 {
                     let (nearer, other) = if t_in[d] < t_in[c] { (d, c) } else { (c, d) };
                     stack[top] = entry(other);

@@ -6,6 +6,8 @@ use crate::lane::Scalar;
 
 /// What the walk's owner does in leaves.
 pub trait Visit<B: Scalar> {
+    /// Rays are done with the first hit, whichever that is: children are taken in their nodes' order instead of from near to far.
+    const ANY: bool;
     /// What leaves must know of a ray that walks alone, besides its [`Packet`].
     type Lone;
     /// Tests the primitives of `run` against the packets whose bit is set in `which`, in the lanes that are live, and

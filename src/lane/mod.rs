@@ -82,6 +82,18 @@ pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The set bits of a byte, highest first.
+#[inline(always)]
+pub fn bits_from_last(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let k = first_and_last(mask).1;
+            mask &= !(1 << k);
+            k
+        })
+    })
+}
+
 /// The lowest and the highest set bit of a byte, which is not 0.
 #[inline(always)]
 pub fn first_and_last(mask: u8) -> (usize, usize) {

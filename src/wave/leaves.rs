@@ -38,6 +38,7 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 }
 
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
+    const ANY: bool = ANY;
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
         let noted = Self::only_notes(run);
