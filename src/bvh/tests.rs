@@ -113,6 +113,7 @@ fn trees_do_not_depend_on_threads() {
         };
         let ((one, order), (three, same)) = (with(1), with(3));
         assert_eq!(order, same);
+        assert_eq!(one.nodes.len(), three.nodes.len());
         assert!(one.nodes.iter().zip(&three.nodes).all(|(a, b)| a.planes == b.planes && a.child == b.child));
     }
 }
@@ -124,6 +125,7 @@ fn a_scene_scaled_by_a_power_of_two_has_the_same_tree() {
     let (a, order) = tree_of(&items, Preset::Best);
     let (b, same) = tree_of(&items.iter().map(scaled).collect::<Vec<_>>(), Preset::Best);
     assert_eq!(order, same);
+    assert_eq!(a.nodes.len(), b.nodes.len());
     assert!(a.nodes.iter().zip(&b.nodes).all(|(a, b)| a.child == b.child));
 }
 

@@ -327,7 +327,9 @@ fn explain(rays: &RaySet, measured: &Measured, differing: &[usize], most: usize)
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+    let [low, high] = [sorted.len().saturating_sub(1) / 2, sorted.len() / 2];
+    let at = |k: usize| sorted.get(k).copied().unwrap_or_default();
+    (at(low) + at(high)) / 2.0
 }
 
 /// Bytes of the longest file of geometry or rays that is read: a device's has no end.
