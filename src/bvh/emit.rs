@@ -4,7 +4,7 @@ use super::binary::{Binary, Extent};
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
 use super::items::Tag;
 use super::{Bvh, Child, Node, Run};
-use crate::lane::{QUAD, Scalar, bits};
+use crate::lane::{LANES, QUAD, Scalar, bits};
 use glam::DVec3;
 
 /// Writes nodes, runs and the new order of rows.
@@ -39,9 +39,8 @@ impl<B: Scalar> Emit<'_, B> {
     /// Emits node `at` of the binary tree as a node at `depth` and returns its number.
     fn node(&mut self, at: usize, depth: usize) -> usize {
         let number = self.tree.nodes.len();
-        let (mut children, count) = children(self.binary, self.plans, at);
-        let children = &mut children[..count];
-        self.by_area(children);
+        let (children, count) = children(self.binary, self.plans, at);
+        let children = &self.by_area(children, count)[..count];
         let mut node = Node::empty();
         for (k, &child) in children.iter().enumerate() {
             self.planes(&mut node, k, child);
@@ -68,13 +67,18 @@ impl<B: Scalar> Emit<'_, B> {
 
     /// Puts the largest surface first, the likeliest to stop a ray: rays that any hit ends take children in this order (Nah and
     /// Manocha 2014, SATO: surface area traversal order for shadow ray tracing).
-    fn by_area(&self, children: &mut [usize]) {
+    fn by_area(&self, children: [usize; LANES], count: usize) -> [usize; LANES] {
         let area = |at: usize| {
             let [low, high] = self.binary.nodes[at].corners();
             let [x, y, z] = [0, 1, 2].map(|axis| high[axis] - low[axis]);
             x * y + y * z + z * x
         };
-        children.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+        // Bits of numbers that are not negative are in the numbers' order.
+        let key = |k: usize| u64::from(!area(children[k]).to_bits()) << 32 | k as u64;
+        let mut keys = [u64::MAX; LANES];
+        (0..count).for_each(|k| keys[k] = key(k));
+        keys.sort_unstable();
+        keys.map(|key| children[key as usize & (LANES - 1)])
     }
 
     /// Makes the box of node `at` of the binary tree that of the `k`th child of `node`.
