@@ -102,6 +102,11 @@ RTCScene build(RTCDevice device, const std::string& path, bool spheres, bool rob
     return scene;
 }
 
+bool count_bytes(void* held, ssize_t bytes, bool) {
+    *static_cast<ssize_t*>(held) += bytes;
+    return true;
+}
+
 template <class Ray> void load(Ray& ray, const Set& set, size_t first) {
     float* to[8] = {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z, ray.tnear, ray.tfar};
     for (int k = 0; k < 8; k++) std::memcpy(to[k], &set.column[k][first], 4 * kLanes);
@@ -184,6 +189,8 @@ int main(int argc, char** argv) {
     _mm_setcsr(_mm_getcsr() | 0x0040);  // Denormals are zero: what Embree's documentation asks for.
     RTCDevice device = rtcNewDevice("threads=1");
     if (!device) fail("no device");
+    ssize_t held = 0;  // Tree and geometry.
+    rtcSetDeviceMemoryMonitorFunction(device, count_bytes, &held);
     double build_s = 0;
     uint32_t primitives = 0;
     RTCScene scene = build(device, geometry, spheres, robust, &build_s, &primitives);
@@ -203,8 +210,8 @@ int main(int argc, char** argv) {
             auto& s = seconds[coherent];
             std::sort(s.begin(), s.end());
             const double median = s[s.size() / 2];
-            std::printf("{\"set\":\"%s\",\"coherent\":%s,\"rays\":%u,\"mrays_cpu_s\":%.4f,\"build_cpu_s\":%.4f,\"primitives\":%u,\"differs\":%zu}\n",
-                        path.c_str(), coherent ? "true" : "false", set.n, set.n * 1e-6 / median, build_s, primitives, differs[coherent]);
+            std::printf("{\"set\":\"%s\",\"coherent\":%s,\"rays\":%u,\"mrays_cpu_s\":%.4f,\"build_cpu_s\":%.4f,\"primitives\":%u,\"bytes\":%zd,\"differs\":%zu}\n",
+                        path.c_str(), coherent ? "true" : "false", set.n, set.n * 1e-6 / median, build_s, primitives, held, differs[coherent]);
         }
     }
     rtcReleaseScene(scene);

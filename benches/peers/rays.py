@@ -9,7 +9,7 @@ of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
 How many answers differ (hit against miss, or a distance by over 1e-5 of it) is counted twice: from those in double precision, and
 those of `fast` from Embree's with and without the robust flag.
 
-Writes OUT/rays.csv (seconds), OUT/answers.csv, OUT/rays.md and OUT/answers.md.
+Writes OUT/rays.csv (rates and builds), OUT/answers.csv, and as tables OUT/rays.md, OUT/builds.md and OUT/answers.md.
 """
 
 import argparse
@@ -95,15 +95,15 @@ class Geometry:
             for one, found in zip(SETS, engines[engine]()):
                 for line in found if isinstance(found, list) else [found]:
                     mode = {None: "", True: " coherent", False: " incoherent"}[line.get("coherent")]
-                    yield [self.name, one, engine + mode, number, line["rays"], line["mrays_cpu_s"], line["primitives"], line["build_cpu_s"]]
+                    yield [self.name, one, engine + mode, number, line["rays"], line["mrays_cpu_s"],
+                           line["primitives"], line["build_cpu_s"], line["bytes"], line.get("sah", "")]
 
 
 def summed_up(name, rows):
     """Lines of the table: medians over rounds, and the best of each."""
-    rates, built = {}, {}
-    for _, one, engine, number, _, rate, primitives, build_s in rows:
+    rates = {}
+    for _, one, engine, _, _, rate, *_ in rows:
         rates.setdefault((one, engine), []).append(rate)
-        built.setdefault(engine.split()[0], []).append(primitives * 1e-6 / build_s)
 
     def better(one, engine, of):
         return max(of(rates[one, engine + flag]) for flag in (" coherent", " incoherent"))
@@ -115,10 +115,19 @@ def summed_up(name, rows):
         yield [name, one, f"{embree:.2f}", f"{robust:.2f}", f"{middle:.2f}", f"**{middle / embree:.2f}**",
                f"{best / better(one, 'embree', max):.2f}", f"{middle / robust:.2f}",
                f"{statistics.median(exact):.2f}", f"{statistics.median(exact) / middle:.2f}"]
-    rate = {engine: statistics.median(values) for engine, values in built.items()}
-    yield [name, "build", f"{rate['embree']:.2f}", f"{rate['robust']:.2f}", f"{rate['fast']:.2f}", f"**{rate['fast'] / rate['embree']:.2f}**",
-           f"{max(built['fast']) / max(built['embree']):.2f}", f"{rate['fast'] / rate['robust']:.2f}",
-           f"{rate['exact']:.2f}", f"{rate['exact'] / rate['fast']:.2f}"]
+
+
+def builds(name, rows):
+    """A line of the table of builds: medians over rounds, bytes of tree and geometry, octray's SAH cost."""
+    rates, held, sah = {}, {}, {}
+    for _, _, engine, _, _, _, primitives, build_s, size, cost in rows:
+        engine = engine.split()[0]
+        rates.setdefault(engine, []).append(primitives * 1e-6 / build_s)
+        held[engine], sah[engine] = size / primitives, cost
+    middle = {engine: statistics.median(values) for engine, values in rates.items()}
+    best = {engine: max(values) for engine, values in rates.items()}
+    yield [name, *(f"{middle[engine]:.2f}" for engine in ("embree", "fast", "exact")), f"**{middle['fast'] / middle['embree']:.2f}**",
+           f"{best['fast'] / best['embree']:.2f}", *(f"{held[engine]:.0f}" for engine in ("embree", "fast", "exact")), f"{sah['fast']:.1f}"]
 
 
 def main():
@@ -130,7 +139,7 @@ def main():
     parse.add_argument("--only", default="")
     args = parse.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    rows, table, differing = [], [], []
+    rows, table, built, differing = [], [], [], []
     for name, view in json.loads((args.folder / "views.json").read_text()).items():
         if args.only and name not in args.only.split(","):
             continue
@@ -140,9 +149,11 @@ def main():
         own = [row for number in range(args.rounds) for row in geometry.round(number, args.repeat)]
         rows += own
         table += summed_up(name, own)
+        built += builds(name, own)
         print(name, flush=True)
-        write_csv(args.out / "rays.csv", ["geometry", "set", "engine", "round", "rays", "mrays_cpu_s", "primitives", "build_cpu_s"], rows)
+        write_csv(args.out / "rays.csv", ["geometry", "set", "engine", "round", "rays", "mrays_cpu_s", "primitives", "build_cpu_s", "bytes", "sah"], rows)
         write_table(args.out / "rays.md", ["geometry", "rays", "Embree", "robust", "fast", "fast / Embree", "best / best", "fast / robust", "exact", "exact / fast"], table)
+        write_table(args.out / "builds.md", ["geometry", "Embree Mprims/s", "fast", "exact", "fast / Embree", "best / best", "Embree bytes a primitive", "fast", "exact", "SAH"], built)
         head = ["geometry", "set", "rays", *pairs]
         write_csv(args.out / "answers.csv", head, differing)
         write_table(args.out / "answers.md", head, differing)

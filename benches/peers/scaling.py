@@ -1,12 +1,16 @@
-"""How cost grows: `python scaling.py OCTRAY FOLDER OUT [--most 7]` writes OUT/scaling.md.
+"""How cost grows: `python scaling.py OCTRAY FOLDER OUT [--most 7] [--rounds 3]` writes OUT/scaling.csv and OUT/scaling.md.
 
 10^3 to 10^7 spheres and triangles are made in FOLDER and removed again; one thread, `fast`. The build is also timed on the
 wall with one thread and with two; `peak` is the most memory the process held, with the file and half a million rays in it.
+Figures are medians over rounds. Below the table: exponents `k` of n^k, fitted from 10^4 on.
 """
 
 import argparse
+import csv
 import json
+import math
 import os
+import statistics
 import subprocess
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -25,34 +29,65 @@ def run(command):
     return [json.loads(line) for line in text.splitlines()], usage.ru_maxrss / 1024
 
 
+COLUMNS = ["build_cpu_s", "build_s", "build_s_two", "peak_mb", "bytes", "sah", "camera", "shadow", "mirror", "diffuse"]
+
+
+def measure(args, name):
+    """A row of the columns."""
+    kind = "--mesh" if name.endswith(".mesh") else "--spheres"
+    eye = ["--eye", "0,5,13", "--look", "0,-1,0"] if kind == "--mesh" else ["--eye", "0,0.6,3.4"]
+    command = [args.octray, "rays", kind, args.folder / name, *eye, "--light", "5,9,7", "-p", "fast"]
+    sets, peak = run([*command, "--size", "512", "--repeat", "3"])
+    [two], _ = run([*command, "--size", "8", "--sets", "camera", "--threads", "2"])
+    one = sets[0]
+    return one["primitives"], [one["build_cpu_s"], one["build_s"], two["build_s"], peak, one["bytes"], one["sah"],
+                               *(line["mrays_cpu_s"] for line in sets)]
+
+
+def exponent(points):
+    """Of n by least squares of logarithms."""
+    x, y = [math.log(n) for n, _ in points], [math.log(value) for _, value in points]
+    mean_x, mean_y = statistics.mean(x), statistics.mean(y)
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+
+
 def main():
     parse = argparse.ArgumentParser()
     for name in ["octray", "folder", "out"]:
         parse.add_argument(name, type=Path)
     parse.add_argument("--most", type=int, default=7)
+    parse.add_argument("--rounds", type=int, default=3)
     args = parse.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     args.out.mkdir(parents=True, exist_ok=True)
     head = ["geometry", "primitives", "build s", "Mprims/s", "wall of one, two threads", "peak MB", "bytes / primitive", "SAH", "camera", "shadow", "mirror", "diffuse"]
-    table = [head, ["---"] * len(head)]
+    table, rows, middles = [head, ["---"] * len(head)], [], {}
     # By a process of its own: what starts another counts into its peak.
     with ProcessPoolExecutor(1) as maker:
         made = maker.submit(geometry.scaling, args.folder, args.most).result()
     for name, _ in made:
-        kind = "--mesh" if name.endswith(".mesh") else "--spheres"
-        eye = ["--eye", "0,5,13", "--look", "0,-1,0"] if kind == "--mesh" else ["--eye", "0,0.6,3.4"]
-        command = [args.octray, "rays", kind, args.folder / name, *eye, "--light", "5,9,7", "-p", "fast"]
-        sets, peak = run([*command, "--size", "512"])
-        [two], _ = run([*command, "--size", "8", "--sets", "camera", "--threads", "2"])
-        one = sets[0]
-        n = one["primitives"]
+        measured = []
+        for number in range(args.rounds):
+            n, row = measure(args, name)
+            measured.append(row)
+            rows.append([name.split("-")[0], n, number, *row])
+        middle = dict(zip(COLUMNS, (statistics.median(values) for values in zip(*measured))))
+        middles.setdefault(name.split("-")[0], []).append((n, middle))
         table.append([
-            name.split("-")[0], n, f"{one['build_cpu_s']:.3f}", f"{n * 1e-6 / one['build_cpu_s']:.2f}",
-            f"{one['build_s']:.3f}, {two['build_s']:.3f}", f"{peak:.0f}", f"{one['bytes'] / n:.0f}",
-            f"{one['sah']:.1f}", *(f"{s['mrays_cpu_s']:.2f}" for s in sets),
+            name.split("-")[0], n, f"{middle['build_cpu_s']:.3f}", f"{n * 1e-6 / middle['build_cpu_s']:.2f}",
+            f"{middle['build_s']:.3f}, {middle['build_s_two']:.3f}", f"{middle['peak_mb']:.0f}", f"{middle['bytes'] / n:.0f}",
+            f"{middle['sah']:.1f}", *(f"{middle[one]:.2f}" for one in COLUMNS[-4:]),
         ])
         (args.folder / name).unlink()
-        (args.out / "scaling.md").write_text("".join("| " + " | ".join(map(str, row)) + " |\n" for row in table))
+        text = "".join("| " + " | ".join(map(str, row)) + " |\n" for row in table)
+        for kind, points in middles.items():
+            points = [(n, middle) for n, middle in points if n > 5000]
+            if len(points) > 1:
+                of = lambda column: exponent([(n, middle[column]) for n, middle in points])
+                text += f"\n{kind}: build n^{of('build_cpu_s'):.2f}; a ray's time, " + ", ".join(f"{one} n^{-of(one):.2f}" for one in COLUMNS[-4:]) + "\n"
+        (args.out / "scaling.md").write_text(text)
+        with open(args.out / "scaling.csv", "w", newline="") as file:
+            csv.writer(file).writerows([["geometry", "primitives", "round", *COLUMNS], *rows])
         print(table[-1], flush=True)
 
 
