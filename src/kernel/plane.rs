@@ -1,9 +1,15 @@
 //! Planes: a unit normal and a point; the half space behind the normal is the inside.
 
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
+use super::{
+    Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, first_beyond, gather_vectors, permuted,
+};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::DVec3;
+
+/// Roundings by which the face of something that stands on a plane may be nearer than the plane: three differences, products and
+/// quotients of either, twice as many to be sure. What is farther off than that in truth is seen as it stands.
+const PLANES_FIRST: f64 = 16.0;
 
 /// `n` planes: columns `normal` (3) and `foot` (3), the plane's point nearest to the world's origin.
 #[derive(Debug, Clone, Default)]
@@ -44,11 +50,26 @@ impl<S: Scalar> Block<S> for Planes<S> {
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
         let (normal, foot) = self.at(i);
-        let mut t = normal.dot(foot - rays.origin) / normal.dot(rays.dir);
+        let mut t = crossing(normal, foot, rays);
         if let Some(left) = left {
             t = left.on.select(t * S::Lane::zero(), t);
         }
         [finite(t)]
+    }
+
+    /// Nearer by some roundings than it is: what stands on a plane has a face there too, and POV-Ray, which tries objects without
+    /// bounds before all others, shows the plane.
+    #[inline(always)]
+    fn first(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        _view: &View<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        let nearer = S::Lane::lit(1.0 - PLANES_FIRST * S::UNIT_ROUNDOFF);
+        first_beyond(self.roots(i, rays, left).into_iter().map(|t| t * nearer), looking.from)
     }
 
     #[inline(always)]
@@ -68,10 +89,11 @@ impl<S: Scalar> Block<S> for Planes<S> {
         index: &[u32; LANES],
         _active: Mask<S::Lane>,
         rays: &Rays<S::Lane>,
-        t: S::Lane,
+        _t: S::Lane,
     ) -> Surfaces<S::Lane> {
         let (normal, foot) = (gather_vectors(&self.normal, index), gather_vectors(&self.foot, index));
-        let p = rays.origin + rays.dir * t;
+        // Not where `first` has put it.
+        let p = rays.origin + rays.dir * crossing(normal, foot, rays);
         Surfaces { point: p - normal * normal.dot(p - foot), normal, ..Default::default() }
     }
 
@@ -89,6 +111,12 @@ impl<S: Scalar> Block<S> for Planes<S> {
             *column = permuted(column, order);
         }
     }
+}
+
+/// Where rays cross the plane through `foot`: infinite or NaN if they run along it.
+#[inline(always)]
+fn crossing<L: Lane>(normal: Vec3<L>, foot: Vec3<L>, rays: &Rays<L>) -> L {
+    normal.dot(foot - rays.origin) / normal.dot(rays.dir)
 }
 
 /// `t` where it is a number, NaN where it is infinite or none.

@@ -186,17 +186,22 @@ impl<'s> World<'s> {
 
 /// The nearest surface of these that the ray sees before `t_max`.
 ///
-/// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met.
+/// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met, or a plane,
+/// as POV-Ray tries objects without bounds before all others.
 pub fn nearest<'w>(nodes: impl IntoIterator<Item = &'w Node>, ray: &Ray, t_max: f64) -> Option<Met<'w>> {
     let mut best: Option<(Crossing, Face, usize)> = None;
+    let is_plane = |face: &Face| matches!(face.leaf.shape(), Shape::Plane { .. });
     for (object, node) in nodes.into_iter().enumerate() {
+        let lone = matches!(node.kind, NodeKind::Leaf(_)) && node.clips.is_empty();
         for crossing in node.trail(ray).crossings {
             let Some(face) = crossing.face else { continue };
             if !crossing.is_ahead() || is_hidden(&face.leaf.look.flags, ray.kind) {
                 continue;
             }
             let limit = best.as_ref().map_or(t_max, |best| best.0.t);
-            if crossing.t < limit - crossing.slack {
+            let before_ties = lone && is_plane(&face) && best.as_ref().is_some_and(|best| !is_plane(&best.1));
+            let slack = if before_ties { -crossing.slack } else { crossing.slack };
+            if crossing.t < limit - slack {
                 best = Some((crossing, face, object));
             }
             break;
