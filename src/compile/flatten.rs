@@ -23,7 +23,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         part_tags: Vec::new(),
         owners: Vec::new(),
         owner_of: FxHashMap::default(),
-        textures: TextureBuilder::new(origin),
+        textures: TextureBuilder::new(origin, scene.globals.opacity),
         opaque: Vec::new(),
         interiors: vec![Interior::default()],
         interior_of: FxHashMap::default(),

@@ -10,7 +10,7 @@ use super::string::is_string_function;
 use super::texture::Textures;
 use super::value::{NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{Finish, Gamma, Normal};
+use crate::scene::{Finish, Gamma, Normal, Opacity};
 use std::sync::Arc;
 
 impl Machine<'_> {
@@ -28,8 +28,13 @@ impl Machine<'_> {
                 }
             }
         }
-        if !self.gamma_set && self.version < 3.7 {
-            self.scene.globals.assumed_gamma = Gamma::Off;
+        // The last version that was said holds for the whole picture.
+        if self.version < 3.7 {
+            let globals = &mut self.scene.globals;
+            globals.opacity = Opacity::Filtered;
+            if !self.gamma_set {
+                globals.assumed_gamma = Gamma::Off;
+            }
         }
         self.count_warnings();
         self.advise();

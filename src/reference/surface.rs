@@ -1,6 +1,6 @@
 //! How a lit surface answers: diffuse light, highlights, thin film (Phong 1975, Blinn 1977).
 
-use crate::scene::{Color, Finish, Rgb};
+use crate::scene::{Color, Finish, Globals, Rgb};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -28,12 +28,12 @@ pub struct Lit {
 
 impl Lit {
     /// What the viewer sees of this light.
-    pub fn answer(&self, finish: &Finish, color: &Color, irid_wavelength: Rgb) -> Rgb {
+    pub fn answer(&self, finish: &Finish, color: &Color, globals: &Globals) -> Rgb {
         let Self { normal, view, toward, light, behind, fill } = *self;
         let cosine = normal.dot(toward);
         let amount = if behind { finish.diffuse_back } else { finish.diffuse };
         let mut sum = if amount != 0.0 {
-            cosine.abs().powf(finish.brilliance) * amount * color.opacity() * color.rgb * light
+            cosine.abs().powf(finish.brilliance) * amount * color.opacity(globals.opacity) * color.rgb * light
         } else {
             Rgb::ZERO
         };
@@ -41,7 +41,7 @@ impl Lit {
             sum += self.highlights(finish) * light * metallic(finish.metallic, cosine, color.rgb);
         }
         if finish.irid != 0.0 {
-            sum *= interference(finish, cosine.abs() + normal.dot(view).abs(), irid_wavelength);
+            sum *= interference(finish, cosine.abs() + normal.dot(view).abs(), globals.irid_wavelength);
         }
         sum
     }

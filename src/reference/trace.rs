@@ -142,7 +142,7 @@ impl<'w> Tracer<'w> {
             };
             mirrors.push((reflected.color * film, weight * left * reflected.weight, finish));
             let own = finish.ambient * scene.globals.ambient_light + finish.emission;
-            let mut lit = color.rgb * own * color.opacity();
+            let mut lit = color.rgb * own * color.opacity(scene.globals.opacity);
             lit += self.lights(point, finish, &color, lights);
             rgb += lit * filter;
             filter *= color.transmittance();
@@ -200,7 +200,7 @@ impl<'w> Tracer<'w> {
             }
             let (normal, view, toward) = (point.met.normal, point.view, arriving.toward);
             let lit = Lit { normal, view, toward, light: through, behind, fill: light.shadowless };
-            sum += lit.answer(finish, color, scene.globals.irid_wavelength);
+            sum += lit.answer(finish, color, &scene.globals);
         }
         sum
     }

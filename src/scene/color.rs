@@ -5,8 +5,8 @@ pub type Rgb = glam::DVec3;
 
 /// A pigment's colour: light, and how much of what lies behind shows through.
 ///
-/// `filter` lets light through tinted by `rgb`, `transmit` untinted; the surface itself is seen by the share
-/// `1 - filter - transmit` (manual section 3.2.1.5).
+/// `filter` lets light through tinted by `rgb`, `transmit` untinted; the surface itself is seen by its [`Opacity`]
+/// (manual section 3.2.1.5).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Color {
     /// Linear RGB.
@@ -17,15 +17,28 @@ pub struct Color {
     pub transmit: f64,
 }
 
+/// What the surface's own light is multiplied by: the rules of POV-Ray's versions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Opacity {
+    /// `1 - filter - transmit`, since version 3.7.
+    #[default]
+    Share,
+    /// `1 - filter * max(rgb) - transmit`, before: a dark filter keeps most of what it does not let through.
+    Filtered,
+}
+
 impl Color {
     /// An opaque colour.
     pub const fn opaque(r: f64, g: f64, b: f64) -> Self {
         Self { rgb: Rgb::new(r, g, b), filter: 0.0, transmit: 0.0 }
     }
 
-    /// What the surface's own light is multiplied by: `1 - filter - transmit`.
-    pub fn opacity(&self) -> f64 {
-        1.0 - self.filter - self.transmit
+    /// What the surface's own light is multiplied by.
+    pub fn opacity(&self, rule: Opacity) -> f64 {
+        match rule {
+            Opacity::Share => 1.0 - self.filter - self.transmit,
+            Opacity::Filtered => 1.0 - self.filter * self.rgb.max_element() - self.transmit,
+        }
     }
 
     /// What light from behind is multiplied by: `rgb * filter + transmit`.

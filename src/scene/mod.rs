@@ -29,7 +29,7 @@ mod transform;
 
 pub use atmosphere::{Atmosphere, Fog, GroundFog, Media, Rainbow, Scattering, SkySphere};
 pub use camera::{Blur, Camera, Lens, LensKind, Projection};
-pub use color::{Color, Rgb};
+pub use color::{Color, Opacity, Rgb};
 pub use finish::{Finish, Reflection, Subsurface};
 pub use function::Function;
 pub use image::{Computed, Image, ImageSource};
@@ -94,6 +94,8 @@ pub struct Globals {
     pub irid_wavelength: Rgb,
     /// Gamma of the working space; 1 is linear light.
     pub assumed_gamma: Gamma,
+    /// What a `filter` leaves of its surface's own light: by the version that holds at the end of the scene.
+    pub opacity: Opacity,
     /// Of noise: 1, 2 or 3. Rendered is 2 alone.
     pub noise_generator: u8,
     /// Light between surfaces.
@@ -122,6 +124,7 @@ impl Default for Globals {
             ambient_light: Rgb::ONE,
             irid_wavelength: Rgb::new(0.70, 0.52, 0.48),
             assumed_gamma: Gamma::Power(1.0),
+            opacity: Opacity::Share,
             noise_generator: 2,
             radiosity: None,
             photons: None,

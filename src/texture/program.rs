@@ -2,7 +2,7 @@
 
 use super::{PatternProgram, TextureTable};
 use crate::lane::{LANES, Lane, Vec3, equal_lanes, f32x8};
-use crate::scene::{Color, Finish};
+use crate::scene::{Color, Finish, Opacity};
 
 /// The layers of a texture, top layer first.
 #[derive(Debug, Clone)]
@@ -20,6 +20,8 @@ pub struct LayerProgram {
     pub highlights: Highlights,
     /// Where its colours come from.
     pub pigment: PigmentProgram,
+    /// What they leave of its own light: the scene's rule.
+    pub opacity: Opacity,
 }
 
 /// The cosines at or below which a finish's highlights are as good as black, so that no power need be taken.
@@ -86,8 +88,11 @@ impl Colors {
 
     /// What the surface's own light is multiplied by.
     #[inline(always)]
-    pub fn opacity(&self) -> f32x8 {
-        f32x8::lit(1.0) - self.filter - self.transmit
+    pub fn opacity(&self, rule: Opacity) -> f32x8 {
+        match rule {
+            Opacity::Share => f32x8::lit(1.0) - self.filter - self.transmit,
+            Opacity::Filtered => f32x8::lit(1.0) - self.filter * self.rgb.max_element() - self.transmit,
+        }
     }
 
     /// What light from behind is multiplied by.

@@ -1,7 +1,7 @@
 //! All textures of a scene, the like ones folded together.
 
 use super::{Highlights, LayerProgram, PatternProgram, PigmentProgram, Program};
-use crate::scene::{Color, Finish, PigmentKind, Texture, Transform};
+use crate::scene::{Color, Finish, Opacity, PigmentKind, Texture, Transform};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
@@ -38,12 +38,14 @@ pub struct TextureBuilder {
     kept: Vec<Arc<Texture>>,
     /// Subtracted from world points before they reach the kernels and the textures.
     origin: DVec3,
+    /// The scene's.
+    opacity: Opacity,
 }
 
 impl TextureBuilder {
-    /// For points relative to `origin`.
-    pub fn new(origin: DVec3) -> Self {
-        Self { origin, ..Self::default() }
+    /// For points relative to `origin`, and colours that hide by the rule `opacity`.
+    pub fn new(origin: DVec3, opacity: Opacity) -> Self {
+        Self { origin, opacity, ..Self::default() }
     }
 
     /// The number of `texture`, carried by an object whose parent space leads to the world by `world_from_parent`.
@@ -109,6 +111,7 @@ impl TextureBuilder {
                         )))
                     }
                 },
+                opacity: self.opacity,
             })
             .collect();
         self.table.programs.push(Program { layers });

@@ -96,11 +96,13 @@ impl<L: Lane> Lamp<L> {
 const ALONG_SURFACE: f64 = 1e-10;
 
 /// What the light of one lamp is multiplied by on its way to the eye, if nothing is in the lamp's way.
+/// `opacity` is that of `colors`.
 #[inline]
 pub fn direct_light<L: Lane>(
     lamp: &Lamp<L>,
     LayerProgram { finish, highlights, .. }: &LayerProgram,
     colors: &Colors,
+    opacity: f32x8,
     hit: &Hit<L>,
     irid_wavelength: Rgb,
 ) -> Vec3<f32x8> {
@@ -116,7 +118,7 @@ pub fn direct_light<L: Lane>(
         amount = lit.select(amount, f32x8::lit(finish.diffuse_back));
     }
     let slope = if finish.brilliance == 1.0 { cos.abs() } else { cos.abs().pow_const(finish.brilliance) };
-    let mut sum = colors.rgb * (slope.cast::<f32x8>() * amount * colors.opacity());
+    let mut sum = colors.rgb * (slope.cast::<f32x8>() * amount * opacity);
 
     if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
         let mut highlight = L::zero();

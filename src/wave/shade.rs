@@ -18,6 +18,8 @@ const LOWER_LAYERS: usize = 3;
 struct LitLayer<'a> {
     layer: &'a LayerProgram,
     colors: Colors,
+    /// Of those, by the scene's rule.
+    opacity: f32x8,
     /// What the layers above let through, and where anything is left of it.
     filter: Vec3<f32x8>,
     live: Mask<f32x8>,
@@ -46,6 +48,7 @@ pub fn shade<S: Scalar, B: Scalar>(
     // Most textures have one layer, which nothing lies over.
     let (mut top_lit, mut lit_below) = (false, SmallVec::<[LitLayer; LOWER_LAYERS]>::new());
     let (mut top_colors, mut below) = (Colors::default(), Colors::default());
+    let mut top_opacity = one;
     let mut mirrors = Few::new();
     for (number, layer) in program.layers.iter().enumerate() {
         live &= transmitted.gt(adc);
@@ -56,12 +59,13 @@ pub fn shade<S: Scalar, B: Scalar>(
         let colors = if number == 0 { &mut top_colors } else { &mut below };
         layer.paint(&scene.textures, &hit.texture, number, hit.point, colors);
         let own = Vec3::splat(finish.ambient * scene.globals.ambient_light + finish.emission);
-        let lit = (colors.rgb.mul(own) * colors.opacity()).mul(filter);
+        let opacity = colors.opacity(layer.opacity);
+        let lit = (colors.rgb.mul(own) * opacity).mul(filter);
         local += Vec3::select(live, lit.mul(hit.throughput), Vec3::lit(0.0)).cast();
         if answers_light(finish) && number == 0 {
-            top_lit = true;
+            (top_lit, top_opacity) = (true, opacity);
         } else if answers_light(finish) {
-            lit_below.push(LitLayer { layer, colors: *colors, filter, live });
+            lit_below.push(LitLayer { layer, colors: *colors, opacity, filter, live });
         }
 
         let mut reflectivity = None;
@@ -101,10 +105,10 @@ pub fn shade<S: Scalar, B: Scalar>(
             }
             let mut sum = Vec3::lit(0.0);
             if let (Some(layer), true) = (top, top_lit) {
-                sum = direct_light(&lamp, layer, &top_colors, hit, irid_wavelength);
+                sum = direct_light(&lamp, layer, &top_colors, top_opacity, hit, irid_wavelength);
             }
-            for LitLayer { layer, colors, filter, live } in &lit_below {
-                let part = direct_light(&lamp, layer, colors, hit, irid_wavelength);
+            for LitLayer { layer, colors, opacity, filter, live } in &lit_below {
+                let part = direct_light(&lamp, layer, colors, *opacity, hit, irid_wavelength);
                 sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
             }
             local += queue_light(&lamp, sum, number, hit, emit).cast();
