@@ -18,7 +18,10 @@ pub fn color(pigment: &Pigment, point: DVec3) -> Color {
         }
         PigmentKind::Mapped(mapped) => {
             let Mapped { pattern, wave, frequency, phase, map } = &**mapped;
-            look_up(map, shape(*wave, value(pattern, point()) * frequency + phase))
+            let value = value(pattern, point());
+            // A frequency of 0 leaves the number as it is, the phase too (measured in POV-Ray 3.7).
+            let v = if *frequency == 0.0 { value } else { fold(value * frequency + phase) };
+            look_up(map, shape(*wave, v))
         }
     }
 }
@@ -88,10 +91,13 @@ fn value(pattern: &Pattern, p: DVec3) -> f64 {
     }
 }
 
-/// Wraps a number to 0..1 and lays the wave over it.
+/// Wraps a number to -1..1: a little over 1, so that 1 itself stays 1 and has the map's last colour (POV-Ray's value).
+fn fold(v: f64) -> f64 {
+    v % 1.00001
+}
+
+/// Lays the wave over a number; negative ones are wrapped to 0..1 first.
 fn shape(wave: Wave, v: f64) -> f64 {
-    // A little over 1, so that 1 itself stays 1 and has the map's last colour (POV-Ray's value).
-    let v = v % 1.00001;
     let v = if v < 0.0 { v - v.floor() } else { v };
     match wave {
         Wave::Ramp => v,
@@ -177,7 +183,7 @@ mod tests {
             assert!((shape(wave, -0.25) - three_quarters).abs() < 1e-15, "{wave:?}");
         }
         // 1 is not wrapped to 0.
-        assert_eq!(shape(Wave::Ramp, 1.0), 1.0);
+        assert_eq!(shape(Wave::Ramp, fold(1.0)), 1.0);
     }
 
     #[test]

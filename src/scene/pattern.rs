@@ -62,10 +62,7 @@ impl Pattern {
     pub fn value(&self, p: DVec3) -> f64 {
         let DVec3 { x, y, z } = p;
         match self {
-            Self::Gradient(direction) => {
-                let along = p.dot(*direction);
-                if along > 1.0 { along % 1.0 } else { along }
-            }
+            Self::Gradient(direction) => wrapped(p.dot(*direction)),
             Self::Agate(strength, octaves) => {
                 let layers = cycle(1.3 * strength * noise::turbulence(p, octaves) + 1.1 * z);
                 ((layers + 1.0) / 2.0).clamp(0.0, 1.0).powf(0.77)
@@ -76,7 +73,7 @@ impl Pattern {
             Self::Dents => noise::noise(p).powi(3),
             Self::Function(function) => {
                 let mut around = Surroundings { steps: FUNCTION_STEPS, pigment: &|_, _| [0.0; 5] };
-                function.value(&[x, y, z], &mut around).unwrap_or(0.0)
+                wrapped(function.value(&[x, y, z], &mut around).unwrap_or(0.0))
             }
             Self::Granite => {
                 let grain = |i: i32| {
@@ -150,6 +147,11 @@ impl Pattern {
             pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
         }
     }
+}
+
+/// What lies above 1 wrapped to 0..1, and only that: the fold behind the frequency takes care of the rest.
+fn wrapped(v: f64) -> f64 {
+    if v > 1.0 { v % 1.0 } else { v }
 }
 
 /// A sine with period 1.

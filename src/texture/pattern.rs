@@ -78,7 +78,7 @@ impl PatternProgram {
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
                     Pattern::Function(function) => {
-                        L::from_f64s(function::values(function, p.cast(), FUNCTION_STEPS))
+                        L::from_f64s(wrapped(function::values(function, p.cast(), FUNCTION_STEPS)))
                     }
                     // Lane by lane: noise looks up tables at every corner of a cell.
                     other => L::from_fn(|k| L::Scalar::from_f64(other.value(p.lane(k)))),
@@ -156,15 +156,22 @@ fn hexagon_cells<L: Lane>(p: Vec3<L>) -> (Mask<L>, Mask<L>) {
 }
 
 fn gradient<L: Lane>(p: Vec3<L>, direction: DVec3) -> L {
-    let r = p.dot(Vec3::splat(direction));
-    r.gt(L::lit(1.0)).select(r - r.trunc(), r)
+    wrapped(p.dot(Vec3::splat(direction)))
 }
 
-/// Frequency, phase, folding into 0..1 and the wave form (povray's order).
+/// What lies above 1 wrapped to 0..1, and only that.
+fn wrapped<L: Lane>(v: L) -> L {
+    v.gt(L::lit(1.0)).select(v - v.trunc(), v)
+}
+
+/// Frequency, phase, folding into 0..1 and the wave form (povray's order). A frequency of 0 leaves out the first three.
 fn shape<L: Lane>(value: L, wave: Wave, frequency: f64, phase: f64) -> L {
     let one = L::lit(1.0);
-    let v = value * L::lit(frequency) + L::lit(phase);
-    let v = v - (v / L::lit(FOLD)).trunc() * L::lit(FOLD);
+    let mut v = value;
+    if frequency != 0.0 {
+        v = v * L::lit(frequency) + L::lit(phase);
+        v -= (v / L::lit(FOLD)).trunc() * L::lit(FOLD);
+    }
     let v = v.lt(L::zero()).select(v - v.floor(), v);
     match wave {
         Wave::Ramp => v,
