@@ -58,7 +58,7 @@ impl Machine<'_> {
             }
             K::Spiral1 => {
                 self.comma()?;
-                return number(Pattern::Spiral1(self.finite()?));
+                return number(Pattern::Spiral1(self.finite()?, 0.0, Octaves::default()));
             }
             K::Spiral2 => {
                 self.comma()?;
@@ -185,7 +185,7 @@ impl Machine<'_> {
 /// The wave that a pattern has if none is said.
 pub(super) fn own_wave(pattern: &AnyPattern) -> Wave {
     match pattern {
-        AnyPattern::Number(Pattern::Marble(..) | Pattern::Wood(..) | Pattern::Spiral1(_))
+        AnyPattern::Number(Pattern::Marble(..) | Pattern::Wood(..) | Pattern::Spiral1(..))
         | AnyPattern::Other(OtherPattern::Spiral2(_)) => Wave::Triangle,
         _ => Wave::Ramp,
     }

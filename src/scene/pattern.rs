@@ -40,8 +40,8 @@ pub enum Pattern {
     Radial,
     /// 1 at the origin, falling to 0 at distance 1.
     Spherical,
-    /// This many arms winding about the z axis.
-    Spiral1(f64),
+    /// This many arms winding about the z axis, put out of order by turbulence of this strength.
+    Spiral1(f64, f64, Octaves),
     /// Rings about the z axis, put out of order by turbulence.
     Wood(DVec3, Octaves),
     /// Folds of noise.
@@ -95,11 +95,15 @@ impl Pattern {
                 0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
             }
             Self::Spherical => (1.0 - p.length()).max(0.0),
-            Self::Spiral1(arms) => {
+            Self::Spiral1(arms, strength, octaves) => {
                 let r = x.hypot(y);
                 let tilt = if r > 0.0 { (y / r).asin() } else { 0.0 };
                 let angle = if x < 0.0 { 1.5 * PI - tilt } else { 0.5 * PI + tilt };
-                z + r + arms * angle / TAU
+                let order = z + r + arms * angle / TAU;
+                match *strength {
+                    0.0 => order,
+                    strength => order + strength * noise::turbulence(p, octaves),
+                }
             }
             Self::Wood(amount, octaves) => {
                 if *amount == DVec3::ZERO {
@@ -122,15 +126,19 @@ impl Pattern {
         }
     }
 
-    /// The same, put out of order: by its own turbulence if it has one, else by moving its points.
+    /// The same, put out of order: by its own turbulence if it has one, by moving its points, or (agate, spirals) by both.
     pub fn turbulent(self, amount: DVec3, octaves: Octaves) -> Self {
-        match self {
-            Self::Marble(..) => Self::Marble(amount.x, octaves),
-            Self::Wood(..) => Self::Wood(amount, octaves),
+        let pattern = match self {
+            Self::Marble(..) => return Self::Marble(amount.x, octaves),
+            Self::Wood(..) => return Self::Wood(amount, octaves),
             Self::Agate(strength, _) => Self::Agate(strength, octaves),
-            pattern if amount == DVec3::ZERO => pattern,
-            pattern => Self::Turbulent { pattern: Arc::new(pattern), amount, octaves },
+            Self::Spiral1(arms, ..) => Self::Spiral1(arms, amount.x, octaves),
+            pattern => pattern,
+        };
+        if amount == DVec3::ZERO {
+            return pattern;
         }
+        Self::Turbulent { pattern: Arc::new(pattern), amount, octaves }
     }
 }
 
@@ -143,7 +151,8 @@ impl Pattern {
             }
             Self::Wood(amount, octaves) => (Self::Wood(DVec3::ZERO, *octaves), *amount, *octaves),
             Self::Agate(strength, octaves) => (Self::Agate(*strength, *octaves), DVec3::ZERO, *octaves),
-            Self::Turbulent { pattern, amount, octaves } => (Self::clone(pattern), *amount, *octaves),
+            Self::Spiral1(arms, _, octaves) => (Self::Spiral1(*arms, 0.0, *octaves), DVec3::ZERO, *octaves),
+            Self::Turbulent { pattern, amount, octaves } => (pattern.in_order().0, *amount, *octaves),
             pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
         }
     }
