@@ -333,7 +333,10 @@ impl Builder {
         let kind = match &object.shape {
             Shape::Csg { op, children, .. } => {
                 let (join, first_inverted, others_inverted) = join(*op, inverted);
-                let separable = parent.separable && *op == CsgOp::Union && object.clipped_by().is_empty();
+                let separable = parent.separable
+                    && *op == CsgOp::Union
+                    && object.clipped_by().is_empty()
+                    && !object.flags.inverse;
                 let own_interiors = parent.own_interiors || object.own_interiors;
                 let mut child = |(i, child): (usize, &Arc<Object>)| {
                     let inverted = if i == 0 { first_inverted } else { others_inverted };
