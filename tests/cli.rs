@@ -133,7 +133,7 @@ mod scenes_too_large {
         check("sphere { 0, 1 }", twice);
         check("sphere { 0, 1 pigment { rgbt 1 } interior { ior 1.5 } }", twice);
         check("difference { sphere { 0, 1 } box { 0, 1 } cutaway_textures }", twice);
-        check("smooth_triangle { 0, x, x, y, z, y }", twice);
+        check("smooth_triangle { 0, x + y, x, y, z, y }", twice);
         check("sphere { 0, 1 }", "#declare A = sphere { 0, 1 clipped_by { object { A } object { A } } }");
         check(
             "sphere { 0, 1 }",

@@ -116,7 +116,7 @@ fn no_script_is_endless() {
          #declare B = min_extent(A);",
         "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
          #declare B = inside(A, 0);",
-        "#declare A = smooth_triangle { 0, x, x, y, y, z }
+        "#declare A = smooth_triangle { 0, x + z, x, y + z, y, z }
          #for (I, 1, 40) #declare A = union { object { A } object { A } scale 2 } #end",
         "#declare T = texture { pigment { rgbt 1 } } #while (1) #declare T = texture { T } texture { T } #end",
         "#declare A = array[1] { 1 } #while (1) #declare A = array[1] { A } #end",

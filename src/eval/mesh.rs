@@ -102,6 +102,15 @@ impl Machine<'_> {
         Ok(())
     }
 
+    /// A vertex normal; a zero one becomes x, as in POV-Ray.
+    fn unit_normal(&mut self, normal: DVec3, at: Lexeme) -> DVec3 {
+        normal.try_normalize().unwrap_or_else(|| {
+            let span = self.span(at);
+            self.warn("zero normal", "a normal of length 0 counts as <1, 0, 0>", span);
+            DVec3::X
+        })
+    }
+
     /// A texture by block or by bare name.
     fn mesh_texture(&mut self, draft: &mut Draft) -> Res<u32> {
         let named = self.take_named(|value| match value {

@@ -25,8 +25,7 @@ impl Machine<'_> {
             }
             K::SmoothTriangle => {
                 let p = self.corners::<6>()?;
-                let normals =
-                    [self.unit_normal(p[1], at), self.unit_normal(p[3], at), self.unit_normal(p[5], at)];
+                let normals = [p[1], p[3], p[5]].map(DVec3::normalize_or_zero);
                 self.checked_triangle([p[0], p[2], p[4]], Some(normals), at)
             }
             K::Polygon => self.polygon(at)?,
@@ -174,24 +173,21 @@ impl Machine<'_> {
         Ok(corners)
     }
 
-    /// A vertex normal; a zero one becomes x, as in POV-Ray.
-    pub fn unit_normal(&mut self, normal: DVec3, at: Lexeme) -> DVec3 {
-        normal.try_normalize().unwrap_or_else(|| {
-            let span = self.span(at);
-            self.warn("zero normal", "a normal of length 0 counts as <1, 0, 0>", span);
-            DVec3::X
-        })
-    }
-
     fn checked_triangle(
         &mut self,
         vertices: [DVec3; 3],
         normals: Option<[DVec3; 3]>,
         at: Lexeme,
     ) -> Option<Shape> {
-        if is_degenerate(&vertices) {
-            let span = self.span(at);
-            self.warn("degenerate", "degenerate triangle: its corners are on one line", span);
+        let lacking = if is_degenerate(&vertices) {
+            Some("degenerate triangle: its corners are on one line")
+        } else if normals.is_some_and(|normals| !are_on_one_side(&vertices, &normals)) {
+            Some("degenerate triangle: its normals are not on one side of it")
+        } else {
+            None
+        };
+        if let Some(lacking) = lacking {
+            self.warn("degenerate", lacking, self.span(at));
             return None;
         }
         Some(Shape::Triangle { vertices: Box::new(vertices), normals: normals.map(Box::new) })
@@ -227,6 +223,14 @@ impl Machine<'_> {
         }
         Ok(Some(Shape::Polygon { outlines }))
     }
+}
+
+/// True if all normals look away from the same side of a triangle, and none along it or nowhere: POV-Ray leaves out a smooth
+/// triangle that stands alone, not in a mesh, if they do not.
+fn are_on_one_side(p: &[DVec3; 3], normals: &[DVec3; 3]) -> bool {
+    let face = (p[1] - p[0]).cross(p[2] - p[0]);
+    let sides = normals.map(|normal| normal.dot(face));
+    sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0)
 }
 
 /// True if the corners are on one line, as nearly as doubles can tell.
