@@ -116,6 +116,9 @@ fn no_script_is_endless() {
          #declare B = min_extent(A);",
         "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
          #declare B = inside(A, 0);",
+        "#while (1) #fopen F \"a.tmp\" write #fclose F #include \"a.tmp\" #end",
+        "#while (1) #fopen F \"a.tmp\" write #fclose F #fopen F \"a.tmp\" read #end",
+        "#fopen F \"a.tmp\" write #write (F, \"#include \\\"a.tmp\\\"\") #fclose F #include \"a.tmp\"",
         "#declare A = smooth_triangle { 0, x + z, x, y + z, y, z }
          #for (I, 1, 40) #declare A = union { object { A } object { A } scale 2 } #end",
         "#declare T = texture { pigment { rgbt 1 } } #while (1) #declare T = texture { T } texture { T } #end",

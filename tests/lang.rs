@@ -115,6 +115,17 @@ fn interiors_add_up_unless_named() {
     assert_eq!(interior("object { Glass interior { Water } }"), (1.2, 0.0));
 }
 
+/// POV-Ray 3.7 reads the file that is there on the disk. Where none may be written the text is in memory.
+#[test]
+fn written_files_are_included_without_a_disk() {
+    let text = "#macro Run(Text) #fopen F \"no_such_folder/a.tmp\" write #write (F, Text) #fclose F
+        #include \"no_such_folder/a.tmp\" #end
+        #declare A = Run(\"3\"); #declare B = Run(\"A + 1\"); #debug str(A*10 + B, 0, 0)";
+    let done = from_text("test.scn", text, &Options::default());
+    assert!(!done.has_errors());
+    assert_eq!(done.stream(Stream::Debug), "34");
+}
+
 /// Wood has colours of its own, which are not modelled; a map given later makes up for that.
 #[test]
 fn a_map_given_later_is_enough() {

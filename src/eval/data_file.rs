@@ -3,7 +3,7 @@
 //! What a script writes stays in memory, where it can read it again, unless the user has named the folder it lies in
 //! ([`super::Options::write_paths`]): a scene from a stranger must not touch the disk.
 
-use super::files::{Found, read_text};
+use super::files::{Found, PROGRAM_BYTES, read_text};
 use super::machine::{Lexeme, Machine, Res};
 use super::string::general;
 use super::value::{Num, Value};
@@ -45,6 +45,11 @@ impl DataFiles {
     /// What the script has written under this name.
     pub fn written(&self, name: &str) -> Option<&str> {
         self.written.get(name).map(String::as_str)
+    }
+
+    /// The name, if the script has written a file of it.
+    pub fn written_name(&self, name: &str) -> Option<&Arc<str>> {
+        self.written.get_key_value(name).map(|(name, _)| name)
     }
 }
 
@@ -108,12 +113,14 @@ impl Machine<'_> {
                 }
             }
         }
+        // An `#include` of it from now on reads what it holds now.
+        self.program_of.remove(&self.beside_scene(&name));
         self.data_files.written.insert(name, text);
     }
 
     /// Where a file may be written, if anywhere: in or below one of the folders that the user has named.
     fn writable(&self, name: &str) -> Option<PathBuf> {
-        let path = self.folder.clone().unwrap_or_default().join(name);
+        let path = self.beside_scene(name);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let file = folder.canonicalize().ok()?.join(path.file_name()?);
         // A link is as good as what it leads to.
@@ -216,10 +223,8 @@ impl Machine<'_> {
     /// The text of a file that the script has written, or that is on the disk.
     /// `None` if there is none.
     fn data_text(&mut self, name: &str) -> Res<Option<String>> {
-        if let Some(text) = self.data_files.written(name) {
-            return Ok(Some(text.to_string()));
-        }
         Ok(match self.locate(name) {
+            Some(Found::Written(name)) => self.data_files.written(&name).map(str::to_string),
             Some(Found::File { path, .. }) => {
                 // Not as if it were empty: `append` would write it anew.
                 let bytes = read_text(&path).map_err(|error| self.halt(error.to_string()))?;
@@ -235,7 +240,7 @@ impl Machine<'_> {
         let Some(text) = self.data_text(name)? else {
             return Err(self.error(format!("cannot read the file `{name}`"), self.span(at)));
         };
-        self.charge(text.len() * 8)?;
+        self.charge(PROGRAM_BYTES + text.len() * 8)?;
         let file = self.sources.add(name, None, text.into_bytes());
         let text = self.sources.file(file).text.clone();
         match read(file, &text, &mut self.symbols, Manner::Whole) {

@@ -33,6 +33,8 @@ pub(super) enum Found {
         /// It is not the scene's own but of a library.
         library: bool,
     },
+    /// What the script itself has written under the name.
+    Written(Arc<str>),
     Embedded(&'static str, &'static str),
 }
 
@@ -118,6 +120,9 @@ pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, FileError> {
     read_file(path, LONGEST_TEXT)
 }
 
+/// Bytes that a text takes beside what it holds, about: a script may write and include an empty one without end.
+pub(super) const PROGRAM_BYTES: usize = 1000;
+
 impl Machine<'_> {
     /// Reads a file's text into a program.
     fn compile(&mut self, file: FileId, manner: Manner) -> Result<u32, Vec<Diagnostic>> {
@@ -144,6 +149,10 @@ impl Machine<'_> {
                 text.as_bytes().to_vec(),
                 true,
             ),
+            Some(Found::Written(name)) => {
+                let text = self.data_files.written(&name).unwrap_or_default();
+                (self.beside_scene(&name), name.to_string(), text.as_bytes().to_vec(), false)
+            }
             Some(Found::File { path, odd, library }) => {
                 if let Some(odd) = odd {
                     let span = self.span(self.last);
@@ -165,7 +174,7 @@ impl Machine<'_> {
         if let Some(program) = self.program_of.get(&key) {
             return Ok(*program);
         }
-        self.charge(bytes.len() * 8)?;
+        self.charge(PROGRAM_BYTES + bytes.len() * 8)?;
         let file = self.sources.add(&display, Some(&key), bytes);
         // All of what the user has written is looked at, of a library no more than is used.
         let manner = if library { Manner::Skim } else { Manner::Whole };
@@ -187,8 +196,13 @@ impl Machine<'_> {
         }
     }
 
-    /// Looks for a file: beside the scene, in the library paths, among octray's own; with `.inc` added, and at last
-    /// with `\` as `/` and without regard to case.
+    /// The path that a name means beside the scene.
+    pub fn beside_scene(&self, name: &str) -> PathBuf {
+        self.folder.clone().unwrap_or_default().join(name)
+    }
+
+    /// Looks for a file: beside the scene, where the script's own are too, in the library paths, among octray's own; with
+    /// `.inc` added, and at last with `\` as `/` and without regard to case.
     pub fn locate(&self, name: &str) -> Option<Found> {
         let here = self.folder.clone().unwrap_or_default();
         let folders: Vec<&Path> = std::iter::once(here.as_path())
@@ -197,6 +211,11 @@ impl Machine<'_> {
         let names = [name.to_string(), format!("{name}.inc"), format!("{name}.INC")];
         for (index, folder) in folders.iter().enumerate() {
             for name in &names {
+                if index == 0
+                    && let Some(name) = self.data_files.written_name(name)
+                {
+                    return Some(Found::Written(name.clone()));
+                }
                 let path = folder.join(name);
                 if path.is_file() {
                     return Some(Found::File { path, odd: None, library: index > 0 });
