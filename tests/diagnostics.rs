@@ -119,6 +119,8 @@ fn no_script_is_endless() {
         "#while (1) #fopen F \"a.tmp\" write #fclose F #include \"a.tmp\" #end",
         "#while (1) #fopen F \"a.tmp\" write #fclose F #fopen F \"a.tmp\" read #end",
         "#fopen F \"a.tmp\" write #write (F, \"#include \\\"a.tmp\\\"\") #fclose F #include \"a.tmp\"",
+        "#macro A() #switch (1) A() #case (1) #end #end A()",
+        "#while (1) #switch (1) #break #case (1) #end #end",
         "#declare A = smooth_triangle { 0, x + z, x, y + z, y, z }
          #for (I, 1, 40) #declare A = union { object { A } object { A } scale 2 } #end",
         "#declare T = texture { pigment { rgbt 1 } } #while (1) #declare T = texture { T } texture { T } #end",

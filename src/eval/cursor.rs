@@ -213,7 +213,7 @@ impl Machine<'_> {
             frame.next = self.at;
             self.scopes.push();
         }
-        self.frames.push(Frame { program, next, loops: self.loops.len(), kind, from });
+        self.frames.push(Frame { program, next, loops: self.loops.len(), kind, from, switches: Vec::new() });
         if self.compiled.len() < self.programs.len() {
             self.compiled.resize_with(self.programs.len(), Default::default);
         }

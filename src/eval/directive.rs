@@ -109,9 +109,12 @@ impl Machine<'_> {
                 Ok(())
             }
             Directive::Switch => self.switch(jump),
-            // Met by falling through from the case before: its bounds do not matter.
-            Directive::Case => self.condition_value().map(|_| ()),
-            Directive::Range => self.range().map(|_| ()),
+            Directive::Case | Directive::Range => match self.switch_before(at.index) {
+                Some(value) => self.choose_case(value, at.index),
+                // Met by falling through from the case before: its bounds do not matter.
+                None if directive == Directive::Case => self.condition_value().map(|_| ()),
+                None => self.range().map(|_| ()),
+            },
             Directive::Macro => self.define_macro(jump, at),
             Directive::EndMacro => {
                 self.leave_frame();
@@ -272,8 +275,32 @@ impl Machine<'_> {
         index
     }
 
-    fn switch(&mut self, mut jump: u32) -> Res<()> {
+    /// What stands between a `#switch` and its first `#case` belongs to no case and is carried out whatever the value is
+    /// (measured).
+    fn switch(&mut self, first: u32) -> Res<()> {
         let value = self.condition_value()?.v[0];
+        if self.at == first {
+            return self.choose_case(value, first);
+        }
+        // A `#break` in that text may have left the same `#switch` before.
+        self.switch_before(first);
+        if let Some(frame) = self.frames.last_mut() {
+            frame.switches.push((first, value));
+        }
+        Ok(())
+    }
+
+    /// The value of the `#switch` under way whose first `#case` is the token at `first`, and forgets it.
+    fn switch_before(&mut self, first: u32) -> Option<f64> {
+        let switches = &mut self.frames.last_mut()?.switches;
+        let found = switches.iter().rposition(|(case, _)| *case == first)?;
+        let value = switches[found].1;
+        switches.truncate(found);
+        Some(value)
+    }
+
+    /// Goes on behind the first `#case` or `#range`, from the token at `jump` on, that the value fits.
+    fn choose_case(&mut self, value: f64, mut jump: u32) -> Res<()> {
         loop {
             let branch = self.text.tokens[jump as usize];
             self.jump(jump + 1);

@@ -227,8 +227,14 @@ impl Machine<'_> {
             (std::mem::replace(&mut self.default_texture, then), self.default_shared.take())
         });
         let loops = self.loops.len();
-        let frame =
-            |&(kind, from): &(FrameKind, Option<Lexeme>)| Frame { program: part, next: 0, loops, kind, from };
+        let frame = |&(kind, from): &(FrameKind, Option<Lexeme>)| Frame {
+            program: part,
+            next: 0,
+            loops,
+            kind,
+            from,
+            switches: Vec::new(),
+        };
         let frames = std::mem::replace(&mut self.frames, context.includes.iter().map(frame).collect());
 
         let value = self.run_part(part);

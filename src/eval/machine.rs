@@ -42,6 +42,8 @@ pub(super) struct Frame {
     pub kind: FrameKind,
     /// The call or the `#include`.
     pub from: Option<Lexeme>,
+    /// Of each `#switch` under way whose first `#case` has not been met: which token that is, and the value.
+    pub switches: Vec<(u32, f64)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
