@@ -307,7 +307,10 @@ fn no_text_breaks_the_front_end() {
                     .filter(|d| d.severity == Severity::Error && !d.message.contains("stopped"))
                     .map(|d| d.short(&library.sources))
                     .collect();
-                if !found.has_errors() && std::str::from_utf8(&text).is_ok() {
+                // An include is a scope of its own, where `#local` sets no element of an outer array.
+                let lost = |d: &octray::lang::Diagnostic| d.message.contains("`#local` sets no element");
+                let alike = !library.diagnostics.iter().any(lost);
+                if alike && !found.has_errors() && std::str::from_utf8(&text).is_ok() {
                     assert!(errors.is_empty(), "as a library: {errors:?}");
                     assert!(library.has_errors() || said(&library) == said(&found), "{}", said(&library));
                 }

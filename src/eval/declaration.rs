@@ -141,6 +141,14 @@ impl Machine<'_> {
         };
         let needs_semicolon = matches!(value, Value::Number(_));
         match element {
+            // POV-Ray binds the array's name anew and loses the value with it (measured).
+            Some(place) if local && !self.scopes.is_of(symbol, depth) && self.scopes.at(&place).is_some() => {
+                let message = format!(
+                    "`#local` sets no element of `{}`, an array of an outer scope",
+                    self.symbols.name(symbol)
+                );
+                self.warn("local element", message, self.span(at));
+            }
             Some(place) => {
                 self.check_array_depth(place.path.len() + value.array_depth())?;
                 self.charge(self.scopes.copied_by_write(&place))?;

@@ -308,6 +308,12 @@ impl Scopes {
             .is_some_and(|binding| binding.scope > 0)
     }
 
+    /// True if the innermost binding of the name was made in the scope that is innermost when `depth` are open.
+    pub fn is_of(&self, symbol: Symbol, depth: usize) -> bool {
+        let stack = self.bindings.get(symbol.0 as usize);
+        stack.and_then(|stack| stack.last()).is_some_and(|binding| binding.scope as usize == depth)
+    }
+
     /// The names bound in the open scopes but the outermost.
     pub fn locals(&self) -> &[Symbol] {
         &self.locals
