@@ -9,6 +9,8 @@ pub struct Spline {
     pub components: u8,
     /// `(place, value)`, places rising.
     points: Vec<(f64, [f64; 5])>,
+    /// The lowest and the highest place so far.
+    reach: (f64, f64),
     /// Of natural splines, the second derivative at each point.
     bends: Vec<[f64; 5]>,
 }
@@ -28,8 +30,14 @@ pub enum SplineKind {
 }
 
 impl Spline {
-    /// Adds a point; where there is one already, that one stays (measured). [`Spline::settle`] must follow.
+    /// Adds a point in place of one that is there already; but the last of two or more stays as it is (measured).
+    /// [`Spline::settle`] must follow.
     pub fn insert(&mut self, place: f64, value: [f64; 5]) {
+        let (low, high) = if self.points.is_empty() { (place, place) } else { self.reach };
+        if low < high && place == high {
+            return;
+        }
+        self.reach = (low.min(place), high.max(place));
         self.points.push((place, value));
     }
 
@@ -46,8 +54,15 @@ impl Spline {
     /// Puts the points in order, and computes what a natural spline needs to know of all its points at once (Press et al., Numerical Recipes,
     /// section 3.3: a tridiagonal system).
     pub fn settle(&mut self) {
-        self.points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        self.points.dedup_by(|later, first| later.0 == first.0);
+        // Of points at one place the last to come is the last still: the sort is stable, and knows one zero.
+        self.points.sort_by(|a, b| (a.0 + 0.0).total_cmp(&(b.0 + 0.0)));
+        self.points.dedup_by(|later, first| {
+            let same = later.0 == first.0;
+            if same {
+                *first = *later;
+            }
+            same
+        });
         let n = self.points.len();
         self.bends = vec![[0.0; 5]; n];
         if self.kind != SplineKind::Natural || n < 3 {
