@@ -116,6 +116,12 @@ fn no_script_is_endless() {
          #declare B = min_extent(A);",
         "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
          #declare B = inside(A, 0);",
+        "#declare A = sphere { 0, 1 }
+         #for (I, 1, 40) #declare A = sphere { 0, 1 clipped_by { object { A } object { A } } } #end
+         #declare B = union { object { A } }",
+        "#declare A = sphere { 0, 1 }
+         #for (I, 1, 40) #declare A = sphere { 0, 1 clipped_by { object { A } object { A } } } #end
+         #declare B = min_extent(A);",
         "#while (1) #fopen F \"a.tmp\" write #fclose F #include \"a.tmp\" #end",
         "#while (1) #fopen F \"a.tmp\" write #fclose F #fopen F \"a.tmp\" read #end",
         "#fopen F \"a.tmp\" write #write (F, \"#include \\\"a.tmp\\\"\") #fclose F #include \"a.tmp\"",

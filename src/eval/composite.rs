@@ -1,5 +1,6 @@
 //! Constructive geometry: the children of a composite (manual section 3.4.5.5).
 
+use super::geometry::{EVERYWHERE, keep_extent};
 use super::machine::{Lexeme, Machine, Res};
 use super::value::{Facts, Lacks, ObjectValue};
 use crate::scene::{CsgOp, Light, Object, Shape};
@@ -24,6 +25,8 @@ impl Machine<'_> {
             }
             facts.add(&child.facts);
             self.check_depth(&facts)?;
+            // The composite's box asks those of what clips its children, and of what clips that.
+            self.count_steps(child.facts.helpers)?;
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
             any_stand_in |= child.stand_in.is_some();
             stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
@@ -42,12 +45,17 @@ impl Machine<'_> {
         if children.is_empty() && lights.is_empty() && !cutters_missing {
             self.warn("empty csg", format!("a `{}` of nothing", self.sources.text(span).to_owned()), span);
         }
-        let object = (!children.is_empty())
-            .then(|| Arc::new(Object::new(Shape::Csg { op, children, cutaway_textures: false })));
-        let stand_in = any_stand_in.then(|| {
-            let shape = Shape::Csg { op, children: stand_ins, cutaway_textures: false };
-            Arc::new(Object::new(shape))
-        });
+        let made_of = |children| {
+            let mut object = Object::new(Shape::Csg { op, children, cutaway_textures: false });
+            match lights.is_empty() {
+                true => keep_extent(&mut object),
+                // A light's box has no end (measured).
+                false => object.more_mut().extent = Some(EVERYWHERE),
+            }
+            Arc::new(object)
+        };
+        let object = (!children.is_empty()).then(|| made_of(children));
+        let stand_in = any_stand_in.then(|| made_of(stand_ins));
         // What a composite of composites shows of what it cuts is settled where it is cut.
         facts.cutaway &= op == CsgOp::Union;
         facts.shapes = facts.shapes.saturating_add(1);

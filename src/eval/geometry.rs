@@ -1,20 +1,18 @@
 //! What a script asks of shapes: `trace`, `inside`, `min_extent`, `max_extent` (manual sections 3.1.4.9, 3.1.5.3).
 //!
 //! The oracle answers for rays and points; extents are bounding boxes, formed as POV-Ray forms them: each shape's own box is
-//! carried through its whole transform, corner by corner.
+//! carried through its whole transform, corner by corner, that of a composite, a mesh or a quadric through each move in turn.
 
 use super::machine::{Machine, Res};
-use super::value::{Num, ObjectValue, Value};
+use super::value::{Facts, Num, ObjectValue, Value};
 use crate::lang::{Keyword, Mark, Token};
 use crate::reference::Solid;
-use crate::scene::{CsgOp, Object, Shape, Transform};
+use crate::scene::{CsgOp, ENDLESS, Object, Polynomial, Shape, Transform};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// How far POV-Ray says that something without end reaches.
-const ENDLESS: f64 = 1e10;
-/// Half the thickness of the box about a flat polygon, as POV-Ray has it.
-const POLYGON_HALF_THICKNESS: f64 = 1e-3;
+/// Half the thickness of the box about a disc or a flat polygon, as POV-Ray has it.
+const FLAT_HALF_THICKNESS: f64 = 1e-3;
 
 /// Parts that the oracle holds against a ray in the time of a step of the evaluator, about.
 const PARTS_A_STEP: u64 = 8;
@@ -34,9 +32,10 @@ pub(super) const EVERYWHERE: Extent = (DVec3::splat(-ENDLESS), DVec3::splat(ENDL
 impl Machine<'_> {
     /// The call of one of these; its word and `(` have been taken, `)` will be by the caller.
     pub fn geometry_call(&mut self, word: Keyword) -> Res<Num> {
-        let (object, shapes) = self.object_argument()?;
+        let (object, facts) = self.object_argument()?;
+        let shapes = facts.shapes;
         if let Keyword::MinExtent | Keyword::MaxExtent = word {
-            self.count_steps(shapes)?;
+            self.count_extent(&facts)?;
             let (min, max) = extent(&object);
             return Ok(Num::vector(if word == Keyword::MinExtent { min } else { max }));
         }
@@ -91,8 +90,8 @@ impl Machine<'_> {
     /// An object by name or as it stands. Where a shape is not modelled its bounding box answers, and the scene is
     /// refused.
     ///
-    /// With it, how many shapes there are to look at.
-    fn object_argument(&mut self) -> Res<(Arc<Object>, u64)> {
+    /// With it, what there is to look at.
+    fn object_argument(&mut self) -> Res<(Arc<Object>, Facts)> {
         let named = self.take_named(|value| match value {
             Value::Object(object) => Some(object.clone()),
             _ => None,
@@ -107,18 +106,26 @@ impl Machine<'_> {
         if let Some(stand_in) = &value.stand_in {
             let lacks = value.lacks.clone();
             self.miss(&lacks);
-            return Ok((stand_in.clone(), value.facts.shapes));
+            return Ok((stand_in.clone(), value.facts));
         }
         match &value.object {
-            Some(object) => Ok((object.clone(), value.facts.shapes)),
-            None => Ok((Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO))), 1)),
+            Some(object) => Ok((object.clone(), value.facts)),
+            None => {
+                let facts = Facts { shapes: 1, ..Facts::default() };
+                Ok((Arc::new(stand_in((DVec3::ZERO, DVec3::ZERO))), facts))
+            }
         }
     }
 
     /// The bounding box of an object in the space it stands in; `None` if there is nothing.
     pub fn extent(&mut self, value: &ObjectValue) -> Res<Option<Extent>> {
-        self.count_steps(value.facts.shapes)?;
+        self.count_extent(&value.facts)?;
         Ok(value.object.as_deref().map(extent))
+    }
+
+    /// Counts the steps that finding the bounding box of an object takes at most.
+    fn count_extent(&mut self, facts: &Facts) -> Res<()> {
+        self.count_steps(facts.shapes.saturating_add(facts.helpers))
     }
 }
 
@@ -129,7 +136,34 @@ pub(super) fn stand_in((min, max): Extent) -> Object {
 
 /// The bounding box of an object in the space it stands in.
 fn extent(object: &Object) -> Extent {
-    placed(object, &Transform::IDENTITY)
+    let kept = object.more.as_ref().and_then(|more| more.extent);
+    let own = kept.unwrap_or_else(|| match &object.shape {
+        Shape::Csg { op, children, .. } => {
+            let (min, max) = composite(*op, children);
+            object.transform.box_about(min, max)
+        }
+        shape => leaf(shape, &object.transform),
+    });
+    smaller(smaller(own, object.bounded_by()), object.clipped_by())
+}
+
+/// The object, which has not been moved yet, carries its box along from now on.
+pub(super) fn keep_extent(object: &mut Object) {
+    let around = match &object.shape {
+        Shape::Csg { op, children, .. } => composite(*op, children),
+        Shape::Polynomial(quadric) => ellipsoid(quadric).unwrap_or(EVERYWHERE),
+        shape => leaf(shape, &Transform::IDENTITY),
+    };
+    object.more_mut().extent = Some(around);
+}
+
+/// The box of what clips or bounds an object in place of its own, if it is the smaller: POV-Ray does not cut one by the other
+/// (measured). What is inside out bounds nothing.
+fn smaller(own: Extent, helpers: &[Arc<Object>]) -> Extent {
+    let bounds = helpers.iter().filter(|helper| !helper.flags.inverse).map(|helper| extent(helper));
+    let Some(bounds) = bounds.reduce(both) else { return own };
+    let volume = |(min, max): Extent| (max - min).element_product();
+    if volume(bounds) < volume(own) { bounds } else { own }
 }
 
 /// What holds the surfaces of a union's children: of simple shapes without clips, whose extent is sure to.
@@ -146,32 +180,68 @@ fn is_bounded(extent: &Extent) -> bool {
     extent.0.min_element() > -ENDLESS && extent.1.max_element() < ENDLESS
 }
 
-fn placed(object: &Object, to_world: &Transform) -> Extent {
-    let place = object.transform.then(to_world);
-    let mut extent = match &object.shape {
-        Shape::Csg { op, children, .. } => composite(*op, children, &place),
-        shape => leaf(shape, &place),
-    };
-    for helper in object.clipped_by().iter().chain(object.bounded_by()) {
-        extent = both(extent, placed(helper, to_world));
+/// The box of a quadric that is an ellipsoid with its axes along those of the space; POV-Ray looks for no other (measured).
+fn ellipsoid(quadric: &Polynomial) -> Option<Extent> {
+    let &[xx, xy, xz, x, yy, yz, y, zz, z, constant] = quadric.coefficients() else { return None };
+    let (squares, linear) = (DVec3::new(xx, yy, zz), DVec3::new(x, y, z));
+    if [xy, xz, yz] != [0.0; 3] || squares.cmpeq(DVec3::ZERO).any() {
+        return None;
     }
-    extent
+    let center = -0.5 * linear / squares;
+    // squares . (p - center)^2 = right
+    let right = squares.dot(center * center) - constant;
+    let radii2 = right / squares;
+    radii2.cmpgt(DVec3::ZERO).all().then(|| {
+        let radii = DVec3::from_array(radii2.to_array().map(f64::sqrt));
+        (center - radii, center + radii)
+    })
 }
 
-fn composite(op: CsgOp, children: &[Arc<Object>], place: &Transform) -> Extent {
-    let mut all = children.iter().map(|child| {
-        // What is inside out reaches everywhere.
-        let bounded = op == CsgOp::Union || !child.flags.inverse;
-        if bounded { placed(child, place) } else { EVERYWHERE }
-    });
-    match op {
+/// The box of a composite in its children's space.
+fn composite(op: CsgOp, children: &[Arc<Object>]) -> Extent {
+    let (min, max) = match op {
         CsgOp::Union | CsgOp::Merge => {
             let hull = |a: Extent, b: Extent| (a.0.min(b.0), a.1.max(b.1));
-            all.reduce(hull).unwrap_or_default()
+            children.iter().map(|child| extent(child)).reduce(hull).unwrap_or_default()
         }
-        CsgOp::Intersection => all.fold(EVERYWHERE, both),
-        CsgOp::Difference => all.next().unwrap_or_default(),
+        // What is cut away is a part turned inside out.
+        _ => {
+            let cut = |index: usize| op == CsgOp::Difference && index > 0;
+            let parts = children.iter().enumerate();
+            parts
+                .map(|(index, child)| within(child, child.flags.inverse != cut(index)))
+                .fold(EVERYWHERE, both)
+        }
+    };
+    // Boxes that do not meet, or are open to a side, are no bound (measured).
+    let closed = (max - min).max_element() < ENDLESS;
+    if closed && min.cmple(max).all() { (min, max) } else { EVERYWHERE }
+}
+
+/// How far a part of an intersection lets it reach.
+fn within(part: &Object, inside_out: bool) -> Extent {
+    match &part.shape {
+        Shape::Plane { normal, distance } => {
+            let side = if inside_out { -1.0 } else { 1.0 };
+            let (normal, point) = (*normal * side, *normal * *distance);
+            half_space(part.transform.normal(normal), part.transform.point(point))
+        }
+        _ if inside_out => EVERYWHERE,
+        _ => extent(part),
     }
+}
+
+/// The box of all that is behind a plane, which bounds something if it is across an axis.
+fn half_space(normal: DVec3, point: DVec3) -> Extent {
+    let (mut min, mut max) = EVERYWHERE;
+    for axis in 0..3 {
+        let others = normal.length_squared() - normal[axis] * normal[axis];
+        if others <= f64::EPSILON * normal.length_squared() {
+            let side = if normal[axis] > 0.0 { &mut max } else { &mut min };
+            side[axis] = point[axis];
+        }
+    }
+    (min, max)
 }
 
 fn both(a: Extent, b: Extent) -> Extent {
@@ -188,51 +258,40 @@ fn leaf(shape: &Shape, place: &Transform) -> Extent {
                 let (center, radius) = (place.point(*center), radius * x);
                 return (center - radius, center + radius);
             }
-            carried(*center - *radius, *center + *radius, place)
+            place.box_about(*center - *radius, *center + *radius)
         }
-        Shape::Plane { normal, distance } => {
-            // Only a plane across an axis bounds anything.
-            let (mut min, mut max) = EVERYWHERE;
-            let n = place.normal(*normal);
-            let p = place.point(*normal * *distance);
-            for axis in 0..3 {
-                let others = n.length_squared() - n[axis] * n[axis];
-                if others <= f64::EPSILON * n.length_squared() {
-                    let side = if n[axis] > 0.0 { &mut max } else { &mut min };
-                    side[axis] = p[axis];
-                }
-            }
-            (min, max)
-        }
-        Shape::Box { min, max } => carried(*min, *max, place),
+        Shape::Box { min, max } => place.box_about(*min, *max),
         Shape::Cone { base, base_radius, cap, cap_radius, .. } => {
+            // The axis goes from the thin end to the thick, a cylinder's from the second point to the first (measured).
+            let (from, to) = if cap_radius > base_radius { (*base, *cap) } else { (*cap, *base) };
             let radius = base_radius.max(*cap_radius);
-            let height = (*cap - *base).length();
+            let height = (to - from).length();
             let corner = DVec3::new(radius, radius, 0.0);
-            carried(-corner, corner + height * DVec3::Z, &upright(*base, *cap - *base).then(place))
+            let place = upright(from, to - from).then(place);
+            place.box_about(-corner, corner + height * DVec3::Z)
         }
         Shape::Disc { center, normal, radius, .. } => {
-            let corner = DVec3::new(*radius, *radius, 0.0);
-            carried(-corner, corner, &upright(*center, *normal).then(place))
+            let corner = DVec3::new(*radius, *radius, FLAT_HALF_THICKNESS);
+            upright(*center, *normal).then(place).box_about(-corner, corner)
         }
         Shape::Torus { major, minor } => {
             let corner = DVec3::new(major + minor, *minor, major + minor);
-            carried(-corner, corner, place)
+            place.box_about(-corner, corner)
         }
         Shape::Triangle { vertices, .. } => around(vertices.iter().copied(), place),
         Shape::Polygon { outlines } => {
             let (min, max) = around(outlines.iter().flatten().copied(), place);
-            let thin = (max - min).cmplt(DVec3::splat(2.0 * POLYGON_HALF_THICKNESS));
-            let thickness = DVec3::select(thin, DVec3::splat(POLYGON_HALF_THICKNESS), DVec3::ZERO);
+            let thin = (max - min).cmplt(DVec3::splat(2.0 * FLAT_HALF_THICKNESS));
+            let thickness = DVec3::select(thin, DVec3::splat(FLAT_HALF_THICKNESS), DVec3::ZERO);
             (min - thickness, max + thickness)
         }
         Shape::Mesh(mesh) => {
             // The mesh's own box, then its corners.
             let (min, max) = around(mesh.vertices.iter().copied(), &Transform::IDENTITY);
-            carried(min, max, place)
+            place.box_about(min, max)
         }
-        Shape::Other(other) => carried(other.extent.0, other.extent.1, place),
-        Shape::Polynomial(_) | Shape::Csg { .. } => EVERYWHERE,
+        Shape::Other(other) => place.box_about(other.extent.0, other.extent.1),
+        Shape::Plane { .. } | Shape::Polynomial(_) | Shape::Csg { .. } => EVERYWHERE,
     }
 }
 
@@ -249,21 +308,6 @@ fn upright(origin: DVec3, up: DVec3) -> Transform {
     };
     let turn = glam::DAffine3::from_mat3_translation(turn, origin);
     Transform::from_affine(turn).unwrap_or_default()
-}
-
-/// The box about the corners of a moved box. What has no end has none after a move.
-fn carried(min: DVec3, max: DVec3, place: &Transform) -> Extent {
-    if (max - min).max_element() >= ENDLESS {
-        return EVERYWHERE;
-    }
-    let corner = |i: usize| {
-        DVec3::new(
-            if i & 1 == 0 { min.x } else { max.x },
-            if i & 2 == 0 { min.y } else { max.y },
-            if i & 4 == 0 { min.z } else { max.z },
-        )
-    };
-    around((0..8).map(corner), place)
 }
 
 fn around(points: impl Iterator<Item = DVec3>, place: &Transform) -> Extent {

@@ -1,11 +1,12 @@
 //! `mesh` and `mesh2` (manual sections 3.4.5.2.3 and 3.4.5.2.4).
 
 use super::expr::show;
+use super::geometry::keep_extent;
 use super::machine::{Lexeme, Machine, Res, Stop};
 use super::shape::is_degenerate;
 use super::value::{Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Mark, Span, Token};
-use crate::scene::{Mesh, MeshTriangle, Shape, Texture};
+use crate::scene::{Mesh, MeshTriangle, Object, Shape, Texture};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -353,7 +354,9 @@ impl Machine<'_> {
             self.warn("empty mesh", "a mesh of no triangles cannot be seen", span);
             ObjectValue::default()
         } else {
-            Shape::Mesh(Arc::new(draft.mesh)).into()
+            let mut object = Object::new(Shape::Mesh(Arc::new(draft.mesh)));
+            keep_extent(&mut object);
+            object.into()
         };
         ObjectValue { lacks: draft.lacks, ..object }
     }

@@ -28,6 +28,9 @@ impl Growing {
     }
 }
 
+/// Highest corner of the box that POV-Ray has about any superellipsoid.
+const SUPERELLIPSOID: DVec3 = DVec3::splat(1.0001);
+
 /// Crossings of an isosurface that POV-Ray counts.
 const MAX_TRACE: f64 = 10.0;
 
@@ -47,7 +50,7 @@ impl Machine<'_> {
         Ok(match word {
             K::Superellipsoid => {
                 let exponents = self.pair("two exponents")?;
-                (OtherKind::Superellipsoid(exponents), (DVec3::NEG_ONE, DVec3::ONE))
+                (OtherKind::Superellipsoid(exponents), (-SUPERELLIPSOID, SUPERELLIPSOID))
             }
             K::Ovus => {
                 let bottom = self.finite()?;

@@ -1,10 +1,11 @@
 //! The words of each shape (manual section 3.4.5). Odd sizes are put right or refused here, so that renderers
 //! need not ask.
 
+use super::geometry::keep_extent;
 use super::machine::{Lexeme, Machine, Res};
 use super::value::ObjectValue;
 use crate::lang::{Keyword, Token};
-use crate::scene::Shape;
+use crate::scene::{Object, Shape};
 use glam::DVec3;
 
 impl Machine<'_> {
@@ -37,7 +38,13 @@ impl Machine<'_> {
             _ => return Ok(None),
         };
         Ok(Some(match shape {
-            Some(shape) => shape.into(),
+            Some(shape) => {
+                let mut object = Object::new(shape);
+                if word == K::Quadric {
+                    keep_extent(&mut object);
+                }
+                object.into()
+            }
             // It has no points; the scene goes on without it.
             None => ObjectValue::default(),
         }))

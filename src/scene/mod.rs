@@ -45,7 +45,7 @@ pub use polynomial::Polynomial;
 pub use settings::{PhotonUse, Photons, Radiosity};
 pub use spline::{Spline, SplineKind};
 pub use texture::{Interior, Layer, Texture};
-pub use transform::{Placement, Transform};
+pub use transform::{ENDLESS, Placement, Transform};
 
 use std::sync::Arc;
 

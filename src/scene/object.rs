@@ -46,6 +46,9 @@ pub struct More {
     pub bounded_by: Vec<Arc<Object>>,
     /// What is said of photons; not rendered.
     pub photons: Option<PhotonUse>,
+    /// The box that a script is told of a composite, a mesh or a quadric, in the parent's space: each move puts a new one
+    /// about the corners of the one before, and so it grows as POV-Ray's does. Rendering does not ask.
+    pub extent: Option<(DVec3, DVec3)>,
 }
 
 /// Geometry, in the object's own space.
@@ -197,6 +200,9 @@ impl Object {
             more.interior_texture.iter_mut().for_each(move_texture);
             for helper in more.clipped_by.iter_mut().chain(&mut more.bounded_by) {
                 Arc::make_mut(helper).move_by(next);
+            }
+            if let Some((min, max)) = more.extent {
+                more.extent = Some(next.box_about(min, max));
             }
         }
     }

@@ -4,6 +4,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Deref;
 use std::sync::Arc;
 
+/// How far POV-Ray says that something without end reaches.
+pub const ENDLESS: f64 = 1e10;
+
 /// An affine map and its inverse, both kept by composition, so that neither is ever inverted numerically twice.
 ///
 /// Rotations are left-handed about x, then y, then z; a scale component of 0 counts as 1 (manual section 2.3.3).
@@ -104,6 +107,22 @@ impl Transform {
     /// Maps a direction; its length changes with the scale.
     pub fn vector(&self, v: DVec3) -> DVec3 {
         self.forward.transform_vector3(v)
+    }
+
+    /// The box about the corners of a moved box. What has no end has none after a move.
+    pub fn box_about(&self, min: DVec3, max: DVec3) -> (DVec3, DVec3) {
+        if (max - min).max_element() >= ENDLESS {
+            return (DVec3::splat(-ENDLESS), DVec3::splat(ENDLESS));
+        }
+        let corner = |i: usize| {
+            self.point(DVec3::new(
+                if i & 1 == 0 { min.x } else { max.x },
+                if i & 2 == 0 { min.y } else { max.y },
+                if i & 4 == 0 { min.z } else { max.z },
+            ))
+        };
+        let first = corner(0);
+        (1..8).map(corner).fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
     }
 
     /// Maps a normal (by the inverse transpose); not normalised.
