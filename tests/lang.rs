@@ -115,6 +115,37 @@ fn interiors_add_up_unless_named() {
     assert_eq!(interior("object { Glass interior { Water } }"), (1.2, 0.0));
 }
 
+/// Measured in POV-Ray 3.7: the pictures are the same.
+#[test]
+fn a_name_in_a_texture_is_as_good_as_its_block() {
+    let texture = |said: &str| {
+        let text = format!(
+            "#declare P = pigment {{ checker rgb x, rgb y scale 2 }} #declare F = finish {{ ambient 0.7 }}
+             #declare T = texture {{ pigment {{ rgb z }} finish {{ phong 1 }} scale 3 }}
+             sphere {{ 0, 1 {said} }}"
+        );
+        let done = from_text("test.scn", &text, &Options::default());
+        let told: Vec<_> = done.diagnostics.iter().map(|d| d.short(&done.sources)).collect();
+        assert!(told.is_empty(), "{said}: {told:?}");
+        done.scene.objects[0].texture.clone().unwrap()
+    };
+    let pairs = [
+        ("texture { P }", "texture { pigment { P } }"),
+        ("texture { F P }", "texture { finish { F } pigment { P } }"),
+        ("texture { P F P scale 2 }", "texture { pigment { P } finish { F } scale 2 }"),
+        (
+            "texture { P finish { F diffuse 0.2 } }",
+            "texture { pigment { P } finish { ambient 0.7 diffuse 0.2 } }",
+        ),
+        ("texture { T P }", "texture { T pigment { P } }"),
+        ("texture { P } texture { T }", "texture { pigment { P } } texture { T }"),
+        ("material { texture { P } }", "texture { pigment { P } }"),
+    ];
+    for (name, block) in pairs {
+        assert_eq!(texture(name), texture(block), "{name}");
+    }
+}
+
 /// POV-Ray 3.7 reads the file that is there on the disk. Where none may be written the text is in memory.
 #[test]
 fn written_files_are_included_without_a_disk() {

@@ -368,6 +368,15 @@ pub(super) fn float_function(word: Keyword) -> Option<fn(f64) -> f64> {
     })
 }
 
+/// True of a word that begins a number or a vector.
+pub(super) fn is_number(word: Keyword) -> bool {
+    use Keyword as K;
+    matches!(word, K::Clock | K::ClockOn | K::Version | K::Now)
+        || constant(word).is_some()
+        || float_function(word).is_some()
+        || is_call(word)
+}
+
 fn is_call(word: Keyword) -> bool {
     use Keyword as K;
     matches!(

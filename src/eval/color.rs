@@ -16,6 +16,14 @@ impl Machine<'_> {
         Ok(self.color()?.rgb)
     }
 
+    /// A colour in a place where POV-Ray wants one.
+    pub fn required_color(&mut self) -> Res<Color> {
+        if !self.starts_color()? && self.no_value_follows()? {
+            return self.expected("a colour");
+        }
+        self.color()
+    }
+
     /// The five components. What follows a colour by keyword (`transmit .3`, `red .5`) replaces that component.
     pub fn color_components(&mut self) -> Res<[f64; 5]> {
         let mut color = [0.0; 5];
@@ -27,6 +35,10 @@ impl Machine<'_> {
             let word = match next {
                 Token::Word(word) => word,
                 _ if started => break,
+                _ if self.no_value_follows()? => {
+                    self.missing_color();
+                    break;
+                }
                 _ => {
                     color = self.color_expression()?;
                     (started, whole) = (true, true);
@@ -63,6 +75,10 @@ impl Machine<'_> {
                     continue;
                 }
                 _ if started => break,
+                _ if self.no_value_follows()? => {
+                    self.missing_color();
+                    break;
+                }
                 _ => {
                     color = self.color_expression()?;
                     (started, whole) = (true, true);
@@ -78,6 +94,12 @@ impl Machine<'_> {
             return Err(self.error("expected a colour of finite components", span));
         }
         Ok(color)
+    }
+
+    /// Without a colour where one is due all components are 0, as POV-Ray has it without a word.
+    fn missing_color(&mut self) {
+        let span = self.span(self.last);
+        self.warn("missing color", "no colour follows: all of its components are 0", span);
     }
 
     /// A colour as an expression: a float stands for all five components, filter and transmit too (measured).
@@ -113,6 +135,11 @@ impl Machine<'_> {
             Gamma::Power(gamma) => linear.max(0.0).powf(1.0 / gamma),
             Gamma::Srgb | Gamma::Off => value,
         }
+    }
+
+    /// True if the next token begins a colour, which may be a plain vector or float.
+    pub fn color_follows(&mut self) -> Res<bool> {
+        Ok(self.starts_color()? || self.value_follows()?)
     }
 
     /// True if the next token begins a colour in a place where anything else might stand too.

@@ -335,11 +335,12 @@ impl Machine<'_> {
     fn begin_for(&mut self, end: u32) -> Res<()> {
         let (symbol, first, last, step) = self.in_parentheses(Self::expect_raw, |m| {
             let (symbol, _) = m.raw_name("for")?;
-            m.expect(Mark::Comma)?;
+            m.comma()?;
             let first = m.float()?;
-            m.expect(Mark::Comma)?;
+            m.comma()?;
             let last = m.float()?;
-            let step = if m.accept(Mark::Comma)? { m.float()? } else { 1.0 };
+            m.comma()?;
+            let step = if m.peek()? == Token::Mark(Mark::CloseParen) { 1.0 } else { m.float()? };
             if step.abs() < EQUAL_WITHIN {
                 return Err(m.error_here("the step of `#for` must not be 0"));
             }

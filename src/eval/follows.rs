@@ -41,6 +41,34 @@ impl Machine<'_> {
         Some(value)
     }
 
+    /// True if a number or a vector follows. A name that stands for nothing counts: whoever reads it will say so.
+    pub fn value_follows(&mut self) -> Res<bool> {
+        Ok(match self.peek()? {
+            Token::Number(_)
+            | Token::Vector(..)
+            | Token::Mark(Mark::Less | Mark::Minus | Mark::Plus | Mark::OpenParen | Mark::Not) => true,
+            Token::Word(word) => super::builtin::is_number(word),
+            Token::Name(symbol) => match self.scopes.get(symbol) {
+                Some(Value::Array(_)) => matches!(self.array_sample(symbol), Some(Value::Number(_))),
+                Some(Value::Number(_) | Value::Function(_) | Value::Spline(_) | Value::Poison) | None => true,
+                _ => false,
+            },
+            _ => false,
+        })
+    }
+
+    /// True if what follows ends a block, an entry or an argument, or is a word that begins no number.
+    pub fn no_value_follows(&mut self) -> Res<bool> {
+        use Mark::{CloseBrace, CloseBracket, CloseParen, Comma, Semicolon};
+        Ok(match self.peek()? {
+            Token::Mark(mark) => {
+                matches!(mark, CloseBrace | CloseBracket | CloseParen | Comma | Semicolon)
+            }
+            Token::Word(word) => !super::builtin::is_number(word),
+            _ => false,
+        })
+    }
+
     /// A float, if one follows.
     pub fn optional_float(&mut self) -> Res<Option<f64>> {
         use Keyword as K;

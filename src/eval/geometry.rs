@@ -51,7 +51,9 @@ impl Machine<'_> {
         self.comma()?;
         let direction = self.vector()?;
         let mut normal_place = None;
-        if self.accept(Mark::Comma)? {
+        let comma = self.accept(Mark::Comma)?;
+        let next = self.peek_raw();
+        if matches!(next, Token::Name(_)) || comma && next != Token::Mark(Mark::CloseParen) {
             let (symbol, at) = self.raw_name("trace")?;
             normal_place = Some(match self.peek_raw() {
                 Token::Mark(Mark::OpenBracket) => self.element(symbol, at)?,

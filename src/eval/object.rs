@@ -97,8 +97,21 @@ impl Machine<'_> {
     pub fn modifier(&mut self, value: &mut ObjectValue) -> Res<bool> {
         match self.peek()? {
             Token::Word(word) => self.modifier_word(word, value),
+            Token::Name(_) => self.stray_color(),
             _ => Ok(false),
         }
+    }
+
+    /// A colour that is not in a pigment: a very old form of `quick_color`. False if none is next.
+    fn stray_color(&mut self) -> Res<bool> {
+        if !self.starts_color()? {
+            return Ok(false);
+        }
+        let at = self.peek_lexeme()?;
+        self.color()?;
+        let message = "a colour counts for nothing here: it belongs in a `pigment`";
+        self.warn("stray color", message, self.span(at));
+        Ok(true)
     }
 
     fn modifier_word(&mut self, word: Keyword, value: &mut ObjectValue) -> Res<bool> {
@@ -277,11 +290,7 @@ impl Machine<'_> {
                 object.uv_mapping = self.switch_value()?;
                 lacks.add(&self.lack("uv_mapping", at));
             }
-            // A very old form of `quick_color`.
-            K::Color | K::Colour => {
-                self.color()?;
-            }
-            _ => return Ok(false),
+            _ => return self.stray_color(),
         }
         Ok(true)
     }

@@ -97,7 +97,7 @@ impl Machine<'_> {
                 self.close(S::WORD.text(), open)?;
                 lacks.add(&item.lacks);
                 list.push(item.value);
-            } else if !blocks && S::of_color(Default::default()).is_some() && self.starts_color()? {
+            } else if !blocks && S::of_color(Default::default()).is_some() && self.color_follows()? {
                 list.extend(S::of_color(self.color()?));
             } else {
                 break;

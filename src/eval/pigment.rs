@@ -260,11 +260,11 @@ impl Machine<'_> {
             } else if let Some(next_place) = self.optional_float()? {
                 // Old form: `[from to color color]`.
                 self.comma()?;
-                map.entries.push((place, self.color()?));
+                map.entries.push((place, self.required_color()?));
                 self.comma()?;
-                map.entries.push((next_place, self.color()?));
+                map.entries.push((next_place, self.required_color()?));
             } else {
-                map.entries.push((place, self.color()?));
+                map.entries.push((place, self.required_color()?));
             }
             self.expect(Mark::CloseBracket)?;
             self.comma()?;

@@ -74,6 +74,7 @@ impl Machine<'_> {
             _ => None,
         })?;
         let mut texture = named.unwrap_or_else(|| self.default_texture.clone());
+        while self.named_surface(&mut texture)? {}
         let mut draft = texture.value.patterned.take().map(|said| Patterned::clone(&said));
         while self.texture_item(&mut texture, &mut draft)? {}
         if draft.as_ref().is_some_and(|said| matches!(said.map, Map::Own)) {
@@ -279,6 +280,34 @@ impl Machine<'_> {
                 top(&mut texture.value).normal = leans.then(|| Arc::new(normal.value));
                 texture.lacks.add(&normal.lacks);
                 result?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The name of a pigment, finish or normal at the beginning of a texture stands for a block of that name alone. False if
+    /// none is next.
+    fn named_surface(&mut self, texture: &mut With<Texture>) -> Res<bool> {
+        let named = self.take_named(|value| match value {
+            Value::Pigment(_) | Value::Finish(_) | Value::Normal(_) => Some(value.clone()),
+            _ => None,
+        })?;
+        match named {
+            Some(Value::Pigment(pigment)) => {
+                settle(&mut texture.value);
+                top(&mut texture.value).pigment = pigment.value.clone();
+                texture.lacks.add(&pigment.lacks);
+            }
+            Some(Value::Finish(finish)) => {
+                top(&mut texture.value).finish = Arc::new(finish.value.clone());
+                texture.lacks.add(&finish.lacks);
+            }
+            Some(Value::Normal(normal)) => {
+                settle(&mut texture.value);
+                let leans = normal.value.patterned.is_some();
+                top(&mut texture.value).normal = leans.then(|| Arc::new(normal.value.clone()));
+                texture.lacks.add(&normal.lacks);
             }
             _ => return Ok(false),
         }
