@@ -126,9 +126,11 @@ impl Machine<'_> {
         }
         let depth = self.scopes.depth();
         let outer = std::mem::replace(&mut self.declare_depth, depth);
+        let outer_name = std::mem::replace(&mut self.declaring, element.is_none().then_some(symbol));
         let value = self.expect(Mark::Equal).and_then(|_| self.right_side(symbol));
         self.leave_ended_macros();
         self.declare_depth = outer;
+        self.declaring = outer_name;
         let value = match value {
             Ok(value) => value,
             Err(stop) => {

@@ -270,6 +270,10 @@ impl Machine<'_> {
     /// A float that is captured, a component of a vector, or a call of another function.
     fn body_name(&mut self, draft: &mut Draft) -> Res<Operand> {
         let lexeme = self.next()?;
+        if self.is_own_name(lexeme) {
+            let lacks = self.lack("recursive function", lexeme);
+            return self.body_call(With { value: Callee::Missing, lacks }, lexeme, draft);
+        }
         let called = match self.name_value(lexeme)? {
             Value::Function(called) => Called::clone(&called),
             Value::Spline(spline) => With::new(Callee::Spline(spline)),
@@ -286,6 +290,19 @@ impl Machine<'_> {
                 return Err(self.error(message, self.span(lexeme)));
             }
         };
+        self.body_call(called, lexeme, draft)
+    }
+
+    /// True of a call by the name that the function under way is declared by, if that stands for nothing yet.
+    fn is_own_name(&self, lexeme: Lexeme) -> bool {
+        let Token::Name(symbol) = lexeme.token else { return false };
+        self.declaring == Some(symbol)
+            && self.scopes.get(symbol).is_none()
+            && self.peek_raw() == Token::Mark(Mark::OpenParen)
+    }
+
+    /// The arguments of a call in a body, and which number of the value is meant.
+    fn body_call(&mut self, called: Called, lexeme: Lexeme, draft: &mut Draft) -> Res<Operand> {
         let arguments: SmallVec<[Operand; 4]> = self.body_arguments(draft)?.into();
         self.check_arguments(&called.value, arguments.len(), lexeme)?;
         let mut component = Component::Index(0);

@@ -93,6 +93,8 @@ pub(super) struct Machine<'a> {
     pub returned: (u32, u32),
     /// How many scopes were open where the declaration under way began.
     pub declare_depth: usize,
+    /// The name that the declaration under way gives a value.
+    pub declaring: Option<Symbol>,
     /// Braces open around the next token.
     pub braces: usize,
     nesting: usize,
@@ -151,6 +153,7 @@ impl<'a> Machine<'a> {
             last: start,
             returned: (0, 0),
             declare_depth: 0,
+            declaring: None,
             braces: 0,
             nesting: 0,
             expand: true,
