@@ -241,14 +241,17 @@ fn planes_alone_bound_a_cube() {
 }
 
 #[test]
-fn of_surfaces_that_coincide_the_first_declared_is_seen() {
-    let (red, green) = (
+fn of_surfaces_that_coincide_a_plane_or_the_first_declared_is_seen() {
+    let (red, green, blue) = (
         glowing(plane(DVec3::NEG_Z, -3.0), 1.0, 0.0, 0.0),
         glowing(cuboid([-1.0, -1.0, 3.0], [1.0, 1.0, 4.0]), 0.0, 1.0, 0.0),
+        glowing(cuboid([-2.0, -2.0, 3.0], [2.0, 2.0, 5.0]), 0.0, 0.0, 1.0),
     );
-    check(&scene(vec![red.clone(), green.clone()]), [1.0, 0.0, 0.0], 0.0);
-    check(&scene(vec![green.clone(), red.clone()]), [0.0, 1.0, 0.0], 0.0);
-    check(&scene(vec![csg(CsgOp::Union, vec![green, red])]), [0.0, 1.0, 0.0], 0.0);
+    check(&scene(vec![green.clone(), blue.clone()]), [0.0, 1.0, 0.0], 0.0);
+    check(&scene(vec![blue.clone(), green.clone()]), [0.0, 0.0, 1.0], 0.0);
+    check(&scene(vec![red.clone(), green.clone(), blue.clone()]), [1.0, 0.0, 0.0], 0.0);
+    check(&scene(vec![blue.clone(), green.clone(), red.clone()]), [1.0, 0.0, 0.0], 0.0);
+    check(&scene(vec![csg(CsgOp::Union, vec![green, red]), blue]), [1.0, 0.0, 0.0], 0.0);
 }
 
 #[test]

@@ -187,11 +187,15 @@ impl<'s> World<'s> {
 /// The nearest surface of these that the ray sees before `t_max`.
 ///
 /// Of surfaces that cannot be told apart (nearer together than their rounding errors) the one declared first is met, or a plane,
-/// as POV-Ray tries objects without bounds before all others.
+/// as POV-Ray tries objects without bounds before all others (where it has a tree, from three objects and lights on).
 pub fn nearest<'w>(nodes: impl IntoIterator<Item = &'w Node>, ray: &Ray, t_max: f64) -> Option<Met<'w>> {
     let mut best: Option<(Crossing, Face, usize)> = None;
     let is_plane = |face: &Face| matches!(face.leaf.shape(), Shape::Plane { .. });
-    for (object, node) in nodes.into_iter().enumerate() {
+    let parts = nodes
+        .into_iter()
+        .enumerate()
+        .flat_map(|(object, node)| node.separate().into_iter().map(move |part| (object, part)));
+    for (object, node) in parts {
         let lone = matches!(node.kind, NodeKind::Leaf(_)) && node.clips.is_empty();
         for crossing in node.trail(ray).crossings {
             let Some(face) = crossing.face else { continue };
@@ -225,6 +229,14 @@ impl Node {
         match &self.kind {
             NodeKind::Group { join: Join::Union, children, .. } if self.clips.is_empty() => Some(children),
             _ => None,
+        }
+    }
+
+    /// The parts of a union, of unions in it too, each of which is as good as an object of its own; or the node itself.
+    fn separate(&self) -> SmallVec<[&Self; 1]> {
+        match self.parts_of_union() {
+            Some(parts) => parts.iter().flat_map(Self::separate).collect(),
+            None => smallvec![self],
         }
     }
 
