@@ -1,7 +1,7 @@
 """octray beside Embree on the same rays: `python rays.py OCTRAY EMBREE FOLDER OUT [--rounds N] [--repeat N] [--only a,b]`.
 
 FOLDER holds what `geometry.py` has written; ray sets are made there by octray in double precision (`strict`). Rounds are
-interleaved, one process of each engine after the other, each round beginning with another; in a process each set is traced
+interleaved, one process of each engine after the other, each round beginning with another and every second backward; in a process each set is traced
 `--repeat` times, of which the middle counts: the first pays for memory that nobody has touched. A figure is the median over
 rounds, in rays per second of processor time of one thread, so that it holds on a machine others use too. `Embree` is the better
 of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
@@ -91,7 +91,9 @@ class Geometry:
             "robust": lambda: self.by_embree("--robust", repeat=repeat),
         }
         names = list(engines)
-        for engine in names[number % len(names):] + names[:number % len(names)]:
+        names = names[number % len(names):] + names[:number % len(names)]
+        # What ran before says how much of the memory is fresh: so forward and backward in turn.
+        for engine in names if number % 2 == 0 else names[::-1]:
             for one, found in zip(SETS, engines[engine]()):
                 for line in found if isinstance(found, list) else [found]:
                     mode = {None: "", True: " coherent", False: " incoherent"}[line.get("coherent")]
