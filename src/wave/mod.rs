@@ -30,7 +30,7 @@ mod tile;
 mod trace;
 
 pub use crate::bvh::{Occupancy, Traversal};
-use crate::compile::{Compiled, class};
+use crate::compile::{Compiled, Kind, class};
 use crate::film::{Pixel, RayCounts};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
@@ -172,10 +172,16 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
             let surfaces = hits::resolve(scene, query);
             let t = query.t.to_f64s().to_array();
             for k in (0..LANES).filter(|k| query.lanes >> k & 1 == 1) {
-                found.push((query.hits() >> k & 1 == 1).then(|| FirstHit {
-                    t: t[k],
-                    point: surfaces.point.lane(k) + scene.origin,
-                    normal: surfaces.normal.lane(k),
+                found.push((query.hits() >> k & 1 == 1).then(|| {
+                    let point = surfaces.point.lane(k);
+                    // A plane is looked for some roundings nearer than it lies.
+                    let on_plane = scene.kinds[query.surface[k] as usize] == Kind::Plane as u8;
+                    let Rays { origin, dir } = query.rays;
+                    FirstHit {
+                        t: if on_plane { (point - origin.lane(k)).dot(dir.lane(k)) } else { t[k] },
+                        point: point + scene.origin,
+                        normal: surfaces.normal.lane(k),
+                    }
                 }));
             }
         }
