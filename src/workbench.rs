@@ -93,12 +93,11 @@ impl Workbench {
 
     /// How many lanes work in the tests of `rays`; takes one thread as long as a repetition, and some more.
     pub fn occupancy(&self, rays: &RaySet, traversal: Traversal) -> Occupancy {
+        let stream = RayStream::new(rays);
         match &self.prepared {
-            Prepared::Fast(scene) => stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal),
-            Prepared::Exact(scene) => stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal),
-            Prepared::Strict(scene) => {
-                stream_occupancy(scene, &RayStream::new(rays, scene.origin), traversal)
-            }
+            Prepared::Fast(scene) => stream_occupancy(scene, &stream, traversal),
+            Prepared::Exact(scene) => stream_occupancy(scene, &stream, traversal),
+            Prepared::Strict(scene) => stream_occupancy(scene, &stream, traversal),
         }
     }
 
@@ -118,7 +117,7 @@ fn measure<S: Scalar, B: Scalar>(
     traversal: Traversal,
     repeat: usize,
 ) -> Measured {
-    let stream = RayStream::new(rays, scene.origin);
+    let stream = RayStream::new(rays);
     let mut hits = StreamHits::new(&stream);
     let mut measured = Measured::default();
     for _ in 0..repeat.max(1) {

@@ -62,6 +62,18 @@ impl<L: Lane> Query<L> {
         self.starts = free != !0;
     }
 
+    /// Becomes rays that start on no surface and look for hits beyond `from` and before `to`.
+    #[inline(always)]
+    pub fn aim_free(&mut self, rays: &Rays<L>, [from, to]: [L; 2], lanes: u8) {
+        self.rays.set(&rays.origin, &rays.dir);
+        self.left = [NO_SURFACE; LANES];
+        self.part = [0; LANES];
+        (self.t_min, self.t) = (from, to);
+        self.surface = [NO_SURFACE; LANES];
+        self.lanes = lanes;
+        self.starts = false;
+    }
+
     /// True if a ray starts on one of `len` surfaces from `first` on.
     #[inline(always)]
     pub fn starts_within(&self, first: SurfaceId, len: u32) -> bool {

@@ -2,29 +2,31 @@
 //! picture's waves, without the shading.
 
 use super::query::{GROUP, Query};
-use super::queue::Lines;
 use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A [`RaySet`] made ready: packets of unit directions in the scene's precision, starts in its space.
-pub struct RayStream<S: Scalar> {
-    packets: Vec<StreamPacket<S::Lane>>,
-    /// Length of each ray's direction as it was given.
-    length: Vec<f64>,
+/// A [`RaySet`] made ready: packets of rays in single precision, as the set has them, so that as little as can be is read from
+/// memory while they are traced. Each packet is moved to the scene's space and precision when its turn comes.
+pub struct RayStream {
+    packets: Vec<StreamPacket>,
+    /// Rays.
+    len: usize,
+    /// Length of each ray's direction as it was given, packet by packet; empty if all are 1.
+    lengths: Vec<f64x8>,
     query: RayQuery,
 }
 
 /// Eight neighbouring rays; past the end of the set, the last one again.
-struct StreamPacket<L> {
-    lines: Lines<L>,
-    t_near: L,
-    t_far: L,
+struct StreamPacket {
+    rays: Rays<f32x8>,
+    t_near: f32x8,
+    t_far: f32x8,
 }
 
 /// What a stream's rays hit, row by row.
@@ -42,60 +44,75 @@ const MOST_CHUNKS: usize = 4;
 /// precision, and to do it again would only turn it by another rounding.
 const UNIT: f64 = 8.0 * f32::EPSILON as f64;
 
-impl<S: Scalar> RayStream<S> {
-    /// Rounds `rays` to precision `S`, relative to `origin` (see [`Compiled::origin`]).
-    pub fn new(rays: &RaySet, origin: DVec3) -> Self {
-        let vector = |columns: &[Vec<f32>; 3], row: usize| {
-            DVec3::from_array(std::array::from_fn(|axis| f64::from(columns[axis][row])))
+impl RayStream {
+    /// Of `rays`.
+    pub fn new(rays: &RaySet) -> Self {
+        let last = rays.len().saturating_sub(1);
+        let lanes = |column: &[f32], first: usize| f32x8::from_fn(|k| column[(first + k).min(last)]);
+        let vector = |[x, y, z]: &[Vec<f32>; 3], first: usize| {
+            Vec3::new(lanes(x, first), lanes(y, first), lanes(z, first))
         };
-        let of_length = |row: usize| {
-            let square = vector(&rays.dir, row).length_squared();
-            if (square - 1.0).abs() <= UNIT { 1.0 } else { square.sqrt() }
+        let packet = |first: usize| StreamPacket {
+            rays: Rays { origin: vector(&rays.origin, first), dir: vector(&rays.dir, first) },
+            t_near: lanes(&rays.t_near, first),
+            t_far: lanes(&rays.t_far, first),
         };
-        let length: Vec<f64> = (0..rays.len()).map(of_length).collect();
-        let packet = |first: usize| {
-            let row = |k: usize| (first + k).min(rays.len() - 1);
-            let scaled = |column: &[f32]| {
-                S::Lane::from_fn(|k| S::from_f64(f64::from(column[row(k)]) * length[row(k)]))
-            };
-            let lines = Rays {
-                origin: Vec3::from_fn(|k| vector(&rays.origin, row(k)) - origin),
-                dir: Vec3::from_fn(|k| vector(&rays.dir, row(k)) / length[row(k)]),
-            };
-            StreamPacket {
-                lines: Lines { rays: lines, left: [NO_SURFACE; LANES], part: [0; LANES] },
-                t_near: scaled(&rays.t_near),
-                t_far: scaled(&rays.t_far),
-            }
-        };
-        let packets = (0..rays.len()).step_by(LANES).map(packet).collect();
-        Self { packets, length, query: rays.query }
+        let packets: Vec<_> = (0..rays.len()).step_by(LANES).map(packet).collect();
+        let mut lengths: Vec<_> = packets.iter().map(StreamPacket::lengths).collect();
+        if lengths.iter().flat_map(|lanes| *lanes.lanes()).all(|length| length == 1.0) {
+            lengths.clear();
+        }
+        Self { packets, len: rays.len(), lengths, query: rays.query }
     }
 
     /// Rays.
     pub fn len(&self) -> usize {
-        self.length.len()
+        self.len
     }
 
     /// True without rays.
     pub fn is_empty(&self) -> bool {
-        self.length.is_empty()
+        self.len == 0
+    }
+
+    /// Length of a ray's direction as it was given.
+    fn length(&self, row: usize) -> f64 {
+        self.lengths.get(row / LANES).map_or(1.0, |lengths| lengths.lanes()[row % LANES])
+    }
+
+    /// Packet number `number`, of which `lanes` are rays, in the space that has its zero at `origin` (see
+    /// [`Compiled::origin`]).
+    #[inline(always)]
+    fn aim<L: Lane>(&self, number: usize, lanes: u8, origin: DVec3, query: &mut Query<L>) {
+        let StreamPacket { rays, t_near, t_far } = &self.packets[number];
+        let from = rays.origin.cast::<f64x8>() - Vec3::splat(origin);
+        let (mut dir, mut limits) = (rays.dir.cast(), [t_near.cast(), t_far.cast()]);
+        if let Some(&length) = self.lengths.get(number) {
+            dir = rays.dir.cast::<f64x8>().map(|x| x / length).cast();
+            limits = [t_near, t_far].map(|t| (t.to_f64s() * length).cast());
+        }
+        query.aim_free(&Rays { origin: from.cast(), dir }, limits, lanes);
+    }
+}
+
+impl StreamPacket {
+    /// Lengths of the directions.
+    fn lengths(&self) -> f64x8 {
+        let dir = self.rays.dir.cast::<f64x8>();
+        let square = dir.dot(dir);
+        let unit = (square - f64x8::lit(1.0)).abs().le(f64x8::lit(UNIT));
+        unit.select(f64x8::lit(1.0), square.sqrt())
     }
 }
 
 impl<S: Scalar> StreamHits<S> {
     /// Room for the hits of a stream.
-    pub fn new(stream: &RayStream<S>) -> Self {
+    pub fn new(stream: &RayStream) -> Self {
         Self { t: vec![S::default(); stream.len()], surface: vec![NO_SURFACE; stream.len()] }
     }
 
     /// In the terms of the set that the stream was made from.
-    pub fn develop<B: Scalar>(
-        &self,
-        scene: &Compiled<S, B>,
-        rays: &RaySet,
-        stream: &RayStream<S>,
-    ) -> RayHits {
+    pub fn develop<B: Scalar>(&self, scene: &Compiled<S, B>, rays: &RaySet, stream: &RayStream) -> RayHits {
         let first = scene.rank.iter().copied().min().unwrap_or(0);
         let mut hits = RayHits::default();
         for (row, &surface) in self.surface.iter().enumerate() {
@@ -104,7 +121,7 @@ impl<S: Scalar> StreamHits<S> {
                 (RayQuery::Any, _) => (f32::NEG_INFINITY, 1),
                 (RayQuery::Closest, NO_SURFACE) => (f32::INFINITY, NO_PRIMITIVE),
                 (RayQuery::Closest, surface) => {
-                    let t = self.t[row].to_f64() / stream.length[row];
+                    let t = self.t[row].to_f64() / stream.length(row);
                     (t as f32, scene.rank[surface as usize] - first)
                 }
             };
@@ -118,7 +135,7 @@ impl<S: Scalar> StreamHits<S> {
 /// Traces a stream with the threads of the current pool.
 pub fn trace_stream<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    stream: &RayStream<S>,
+    stream: &RayStream,
     traversal: Traversal,
     hits: &mut StreamHits<S>,
 ) {
@@ -134,7 +151,7 @@ pub fn trace_stream<S: Scalar, B: Scalar>(
 /// Traces a stream with one thread and counts what is tested.
 pub fn stream_occupancy<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    stream: &RayStream<S>,
+    stream: &RayStream,
     traversal: Traversal,
 ) -> Occupancy {
     let (mut tracer, mut queries) = (Tracer::with(traversal), Vec::with_capacity(GROUP));
@@ -147,7 +164,7 @@ pub fn stream_occupancy<S: Scalar, B: Scalar>(
 /// Traces the rays from `first` on, a multiple of a group, as many as there is room for.
 fn trace_chunk<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    stream: &RayStream<S>,
+    stream: &RayStream,
     first: usize,
     tracer: &mut Tracer<B>,
     queries: &mut Vec<Query<S::Lane>>,
@@ -162,19 +179,17 @@ fn trace_chunk<S: Scalar, B: Scalar>(
 /// Traces the rays from `first` on, as many as there is room for in `t`.
 fn trace_group<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
-    stream: &RayStream<S>,
+    stream: &RayStream,
     first: usize,
     tracer: &mut Tracer<B>,
     queries: &mut Vec<Query<S::Lane>>,
     t: &mut [S],
     surface: &mut [SurfaceId],
 ) {
-    queries.clear();
-    for (k, packet) in stream.packets[first / LANES..].iter().take(t.len().div_ceil(LANES)).enumerate() {
+    queries.resize(t.len().div_ceil(LANES), Query::default());
+    for (k, query) in queries.iter_mut().enumerate() {
         let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
-        let mut query = Query::new(&packet.lines, packet.t_far, lanes);
-        query.t_min = packet.t_near;
-        queries.push(query);
+        stream.aim(first / LANES + k, lanes, scene.origin, query);
     }
     match stream.query {
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
@@ -190,8 +205,16 @@ fn trace_group<S: Scalar, B: Scalar>(
     }
     let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
     for (query, (t, surface)) in queries.iter().zip(lanes) {
-        let n = t.len();
-        t.copy_from_slice(&query.t.to_array()[..n]);
-        surface.copy_from_slice(&query.surface[..n]);
+        copy_first(query.t.lanes(), t);
+        copy_first(&query.surface, surface);
+    }
+}
+
+/// As many as there is room for. (Eight are copied at once; a number that is not known is left to a call.)
+#[inline(always)]
+fn copy_first<T: Copy>(from: &[T; LANES], to: &mut [T]) {
+    match <&mut [T; LANES]>::try_from(&mut *to) {
+        Ok(to) => *to = *from,
+        Err(_) => to.copy_from_slice(&from[..to.len()]),
     }
 }
