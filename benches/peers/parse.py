@@ -185,7 +185,7 @@ def main():
         commit = first_line(["git", "-C", str(HERE), "rev-parse", "--short", "HEAD"])
         load = Path("/proc/loadavg").read_text().split()[0]
         head = (f"# Reading scenes beside POV-Ray\n\n`benches/peers/parse.py{' --corpus' * given.corpus} --turns {given.turns} --run ...`, {date.today()}, commit {commit}, "
-                f"{first_line(['rustc', '--version'])}, release profile, `target-cpu=x86-64-v3`; {cpu[1] if cpu else 'CPU unknown'}, "
+                f"{first_line(['rustc', '--version'])}, release profile, RUSTFLAGS {os.environ.get('RUSTFLAGS') or 'as `.cargo/config.toml` has them'}; {cpu[1] if cpu else 'CPU unknown'}, "
                 f"{os.cpu_count()} processors, load {load} at the end; POV-Ray 3.7. Seconds of processor time, one thread each, the least of {given.turns} interleaved turns.\n"
                 "What each column is stands at the top of `benches/peers/parse.py`.\n\n")
         (given.run / "README.md").write_text(head + "\n".join(table) + "\n\n" + starts + "\n\n" + ratios + "\n")
