@@ -83,6 +83,117 @@ impl Sketch {
     }
 }
 
+/// What is asked of a composite, whose parts are numbered from `first` on.
+struct Question<'a, P> {
+    first: u32,
+    plan: &'a Plan,
+    rays: &'a Rays<f64x8>,
+    lines: &'a FootRays,
+    any: bool,
+    source: &'a P,
+    /// Rays start on some of its parts.
+    starts: bool,
+}
+
+impl<P: PartRoots> Question<'_, P> {
+    /// Lanes that start on a part.
+    #[inline(always)]
+    fn on(&self, part: u32) -> u8 {
+        if self.starts { self.source.on(self.first + part) } else { 0 }
+    }
+}
+
+/// What of eight rays is still looked at, in distances from their feet.
+struct Window {
+    low: f32x8,
+    high: f32x8,
+    /// Where the crossing that rays start on lies.
+    own: Between,
+    /// What is surely before the end.
+    before_end: f32x8,
+    /// Lanes that look.
+    live: u8,
+    /// Lanes of which nothing can be told.
+    doubt: u8,
+}
+
+impl Window {
+    /// In the ball around all parts, between start and end.
+    #[inline(always)]
+    fn new(plan: &Plan, lines: &FootRays, (lanes, t_min, t_max): (u8, f64x8, f64x8)) -> Self {
+        let FootRays { rays, shift, pad } = lines;
+        let steady = shift.abs().le(f64x8::lit(plan.farthest));
+        let start = f32x8::from_f64s(t_min - *shift);
+        let end = f32x8::from_f64s(t_max - *shift);
+        let chord = (f32x8::splat(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
+        let (low, high) = (most(start - *pad, -chord), least(end + *pad, chord));
+        let doubt = lanes & !steady.bits();
+        Self {
+            low,
+            high,
+            own: Between(f32x8::from_f64s(-*shift - t_min) - *pad, start + *pad),
+            before_end: end - *pad,
+            live: lanes & !doubt & low.le(high).bits(),
+            doubt,
+        }
+    }
+
+    /// Looks no farther than what a part lies between: whether anything is left.
+    #[inline(always)]
+    fn narrow(&mut self, [enter, leave]: [f32x8; 2]) -> bool {
+        (self.low, self.high) = (most(self.low, enter), least(self.high, leave));
+        self.live &= self.low.le(self.high).bits();
+        self.live != 0
+    }
+
+    /// True if any ray looks at what a part lies between. (NaN comes last, and stays.)
+    #[inline(always)]
+    fn shows(&self, [enter, leave]: [f32x8; 2]) -> bool {
+        most(self.low, enter).le(least(self.high, leave)).bits() & self.live != 0
+    }
+
+    /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
+    #[inline(always)]
+    fn own_ends(&self, ends: [Between; 2]) -> [u8; 2] {
+        ends.map(|end| end.meets(self.own.0, self.own.1).bits())
+    }
+
+    #[inline(always)]
+    fn decided(&self, changed: u8) -> Decided {
+        Decided { changed, doubt: self.doubt }
+    }
+}
+
+/// The nearest surface so far.
+struct Nearest {
+    at: Between,
+    /// The part it belongs to.
+    which: f32x8,
+    /// From here on something may be a surface, or nearer, that is not known to be.
+    doubtful: f32x8,
+    /// Lanes that have met anything, if that is all they ask.
+    blocked: u8,
+}
+
+impl Nearest {
+    /// In `lanes` nothing beyond `from` is known to be the nearest.
+    #[inline(always)]
+    fn doubt_from(&mut self, from: f32x8, lanes: Mask<f32x8>) {
+        self.doubtful = lanes.select(least(self.doubtful, from), self.doubtful);
+    }
+
+    /// Takes a crossing of `part` where it is `sure` to be a surface.
+    #[inline(always)]
+    fn take(&mut self, end: Between, part: u32, sure: Mask<f32x8>) {
+        let closer = sure & end.1.lt(self.at.0);
+        let level = sure & !closer & end.0.le(self.at.1);
+        self.doubt_from(least(end.0, self.at.0), level);
+        self.at.0 = closer.select(end.0, self.at.0);
+        self.at.1 = closer.select(end.1, self.at.1);
+        self.which = closer.select(f32x8::lit(f64::from(part)), self.which);
+    }
+}
+
 impl CsgTree {
     /// As [`CsgTree::nearest`], in the lanes where it can be told in single precision.
     #[inline(always)]
@@ -95,78 +206,109 @@ impl CsgTree {
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> Decided {
-        let first = composite.parts.start;
         let from = rays.origin - Vec3::splat(plan.middle);
         let shift = -from.dot(rays.dir);
         let foot = (from + rays.dir * shift).cast::<f32x8>();
         let pad = f32x8::splat(plan.pad);
         let lines = FootRays { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
-        let steady = shift.abs().le(f64x8::lit(plan.farthest));
-        let mut doubt = lanes & !steady.bits();
-        let mut live = lanes & !doubt;
-
-        // What is left of the rays: in the ball around all, between start and end, in what the whole lies within.
-        let start = f32x8::from_f64s(t_min - shift);
-        let end = f32x8::from_f64s(best.t - shift);
-        let chord = (f32x8::splat(plan.square) - foot.fused_dot(foot)).sqrt(); // NaN outside
-        let mut low = most(start - pad, -chord);
-        let mut high = least(end + pad, chord);
-        live &= low.le(high).bits();
-        if live == 0 {
-            return Decided { changed: 0, doubt };
+        let mut window = Window::new(plan, &lines, (lanes, t_min, best.t));
+        if window.live == 0 {
+            return window.decided(0);
         }
+        let (first, starts) = (composite.parts.start, source.starts());
+        let question = Question { first, plan, rays, lines: &lines, any, source, starts };
         let sketch = &mut scratch.sketch;
-        sketch.near = plan.required;
         sketch.crossings.clear();
         sketch.asked.clear();
-        let (starts, beyond) = (source.starts(), start + pad);
-        let on = |part: u32| if starts { source.on(first + part) } else { 0 };
-        // The crossing that rays start on lies between these two.
-        let reach = f32x8::from_f64s(-shift - t_min) - pad;
-        for part in bits(plan.required) {
-            let reached = |[enter, leave]: [f32x8; 2]| {
-                (low, high) = (most(low, enter), least(high, leave));
-                live &= low.le(high).bits();
-                live != 0
-            };
-            if !self.bracket((first, part), (rays, &lines), source, sketch, reached) {
-                return Decided { changed: 0, doubt };
+        if !self.bracket_required(&question, sketch, &mut window) {
+            return window.decided(0);
+        }
+        self.bracket_others(&question, sketch, &window);
+        let nearest = self.nearest_bracketed(&question, sketch, &mut window, best);
+        if window.live == 0 {
+            return window.decided(nearest.blocked);
+        }
+        let known = nearest.at.1.lt(f32x8::lit(f64::INFINITY));
+        let unsure =
+            (nearest.doubtful.lt(f32x8::lit(f64::INFINITY)) & nearest.doubtful.le(nearest.at.1)).bits();
+        window.doubt |= unsure & window.live;
+        let (mut found, mut changed) = (known.bits() & window.live & !unsure, nearest.blocked);
+        while found != 0 {
+            let part = nearest.which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
+            let these = nearest.which.equal(f32x8::splat(part)).bits() & found;
+            found &= !these;
+            let number = first + part as u32;
+            let t = self.crossing(number, &question, nearest.at, sketch);
+            let known = t.equal(t).bits();
+            window.doubt |= these & !known;
+            let wanted = (t.gt(t_min) & t.le(best.t)).bits() & these & known;
+            changed |= best.take(number, t, wanted);
+        }
+        window.decided(changed)
+    }
+
+    /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
+    #[inline(always)]
+    fn bracket_required<P: PartRoots>(
+        &self,
+        question: &Question<P>,
+        sketch: &mut Sketch,
+        window: &mut Window,
+    ) -> bool {
+        sketch.near = question.plan.required;
+        for part in bits(question.plan.required) {
+            if !self.bracket(part, question, sketch, |between| window.narrow(between)) {
+                return false;
             }
-            let on = on(part) & live;
+            let on = question.on(part) & window.live;
             if on != 0 {
                 // Whoever leaves it here has left the whole.
-                let [enters, leaves] = sketch.of(part).ends().map(|end| end.meets(reach, beyond).bits());
-                live &= !(on & leaves & !enters);
-                if live == 0 {
-                    return Decided { changed: 0, doubt };
+                let [enters, leaves] = window.own_ends(sketch.of(part).ends());
+                window.live &= !(on & leaves & !enters);
+                if window.live == 0 {
+                    return false;
                 }
             }
         }
+        true
+    }
+
+    /// Brackets the other parts that rays may meet.
+    #[inline(always)]
+    fn bracket_others<P: PartRoots>(&self, question: &Question<P>, sketch: &mut Sketch, window: &Window) {
+        let &Question { first, plan, lines, .. } = question;
         let mut waiting = plan.others;
         if !plan.capsules.is_empty() {
-            waiting &= self.passed_close(plan, &lines, live);
+            waiting &= self.passed_close(plan, lines, window.live);
         }
         for part in bits(waiting) {
             if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
-                let toward = Vec3::<f32x8>::broadcast([x, y, z]) - foot;
+                let toward = Vec3::<f32x8>::broadcast([x, y, z]) - lines.rays.origin;
                 let ahead = toward.fused_dot(lines.rays.dir);
                 let across = toward.fused_dot(toward) - ahead * ahead;
-                if across.le(f32x8::splat(square)).bits() & live == 0 {
+                if across.le(f32x8::splat(square)).bits() & window.live == 0 {
                     continue;
                 }
             }
-            // NaN comes last, and stays.
-            let reached =
-                |[enter, leave]: [f32x8; 2]| most(low, enter).le(least(high, leave)).bits() & live != 0;
-            if self.bracket((first, part), (rays, &lines), source, sketch, reached) {
+            if self.bracket(part, question, sketch, |between| window.shows(between)) {
                 sketch.near |= 1 << part;
             }
         }
+    }
 
+    /// The nearest of what has been bracketed that is a surface. With `any`, lanes are blocked in `best` as soon as they have met one,
+    /// and look no more.
+    #[inline(always)]
+    fn nearest_bracketed<P: PartRoots>(
+        &self,
+        question: &Question<P>,
+        sketch: &Sketch,
+        window: &mut Window,
+        best: &mut Best,
+    ) -> Nearest {
+        let &Question { first, plan, any, .. } = question;
         let inf = f32x8::lit(f64::INFINITY);
-        let before_end = end - pad;
-        let (mut nearest, mut which, mut doubtful) = (Between(inf, inf), f32x8::zero(), inf);
-        let mut changed = 0;
+        let mut nearest = Nearest { at: Between(inf, inf), which: f32x8::zero(), doubtful: inf, blocked: 0 };
         for part in bits(sketch.near & plan.seen) {
             let rule = &self.rules[(first + part) as usize];
             if rule.all.within & !sketch.near != 0 {
@@ -175,62 +317,44 @@ impl CsgTree {
             let bracket = sketch.of(part);
             let ends = bracket.ends();
             let mut away = [!0; 2];
-            let on = on(part) & live;
+            let on = question.on(part) & window.live;
             if on != 0 {
                 // The crossing where they start is none, if it is clear which that is.
-                let [enters, leaves] = ends.map(|end| end.meets(reach, beyond).bits());
+                let [enters, leaves] = window.own_ends(ends);
                 let unclear = on & !(enters ^ leaves);
-                doubt |= unclear;
-                live &= !unclear;
+                window.doubt |= unclear;
+                window.live &= !unclear;
                 away = [!(on & enters), !(on & leaves)];
             }
             let (met, sharp) = (bracket.is_met(), bracket.inner[0].le(bracket.inner[1]));
+            // (Counted, as an iterator of two such pairs is written to memory first.)
             for k in 0..2 {
                 let (end, away) = (ends[k], away[k]);
-                let wanted = met & end.meets(low, least(high, nearest.1)) & Mask::from_bits(live & away);
+                let ahead = end.meets(window.low, least(window.high, nearest.at.1));
+                let wanted = met & ahead & Mask::from_bits(window.live & away);
                 if wanted.none() {
                     continue;
                 }
                 let (sure, maybe) = self.is_surface(&rule.all, rule.clauses.clone(), sketch, end, wanted);
-                let mut sure = sure & sharp & beyond.lt(end.0);
+                let mut sure = sure & sharp & window.own.1.lt(end.0);
                 if any {
-                    sure &= end.1.lt(before_end);
+                    sure &= end.1.lt(window.before_end);
                 }
-                let vague = maybe & !sure;
-                doubtful = vague.select(least(doubtful, end.0), doubtful);
+                nearest.doubt_from(end.0, maybe & !sure);
                 if any {
                     let blocked = sure.bits();
                     best.surface = choose(blocked, &[best.first_part + first + part; LANES], &best.surface);
-                    changed |= blocked;
-                    live &= !blocked;
-                    if live == 0 {
-                        return Decided { changed, doubt };
+                    nearest.blocked |= blocked;
+                    window.live &= !blocked;
+                    if window.live == 0 {
+                        return nearest;
                     }
-                    continue;
+                } else {
+                    nearest.take(end, part, sure);
                 }
-                let closer = sure & end.1.lt(nearest.0);
-                let level = sure & !closer & end.0.le(nearest.1);
-                doubtful = level.select(least(doubtful, least(end.0, nearest.0)), doubtful);
-                nearest.0 = closer.select(end.0, nearest.0);
-                nearest.1 = closer.select(end.1, nearest.1);
-                which = closer.select(f32x8::lit(f64::from(part)), which);
             }
         }
-        let unsure = (doubtful.lt(inf) & doubtful.le(nearest.1)).bits() & live;
-        doubt |= unsure;
-        let mut found = nearest.1.lt(inf).bits() & live & !unsure;
-        while found != 0 {
-            let part = which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
-            let these = which.equal(f32x8::splat(part)).bits() & found;
-            found &= !these;
-            let number = first + part as u32;
-            let t = self.crossing(number, rays, nearest, &lines, source, sketch);
-            let known = t.equal(t).bits();
-            doubt |= these & !known;
-            let wanted = (t.gt(t_min) & t.le(best.t)).bits() & these & known;
-            changed |= best.take(number, t, wanted);
-        }
-        Decided { changed, doubt }
+        nearest
     }
 
     /// A bit for each part that the rays of `live` may meet, and for some that are none.
@@ -244,14 +368,14 @@ impl CsgTree {
 
     /// Brackets a part, if after a look at the grown body `go_on` says so.
     #[inline(always)]
-    fn bracket(
+    fn bracket<P: PartRoots>(
         &self,
-        (first, part): (u32, u32),
-        (rays, lines): (&Rays<f64x8>, &FootRays),
-        source: &impl PartRoots,
+        part: u32,
+        question: &Question<P>,
         sketch: &mut Sketch,
         go_on: impl FnOnce([f32x8; 2]) -> bool,
     ) -> bool {
+        let &Question { first, rays, lines, source, .. } = question;
         let Sketch { crossings, asked, brackets, .. } = sketch;
         let ask = || {
             let start = crossings.len();
@@ -305,15 +429,14 @@ impl CsgTree {
 
     /// A part's crossing that is bracketed, in double precision; NaN where there is none.
     #[inline(always)]
-    fn crossing(
+    fn crossing<P: PartRoots>(
         &self,
         number: u32,
-        rays: &Rays<f64x8>,
+        question: &Question<P>,
         at: Between,
-        lines: &FootRays,
-        source: &impl PartRoots,
         sketch: &mut Sketch,
     ) -> f64x8 {
+        let &Question { rays, lines, source, .. } = question;
         let Sketch { crossings, asked, .. } = sketch;
         let known = asked.iter().find(|(other, _)| *other == number).map(|(_, range)| range.clone());
         let range = known.unwrap_or_else(|| {
