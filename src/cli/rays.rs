@@ -7,7 +7,7 @@ use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
 use glam::DVec3;
 use octray::bvh::{Occupancy, Preset};
-use octray::file_io::{check_writable, read_file, replace_file};
+use octray::file_io::{LONGEST_DATA, check_writable, read_file, replace_file};
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
 use octray::render::Precision;
@@ -219,7 +219,7 @@ impl Args {
             let primitives = octray::render::shape_counts(&scene).values().sum::<u64>() as usize;
             return Ok((scene, primitives));
         };
-        let geometry = read_geometry(&read_file(path, LONGEST)?)
+        let geometry = read_geometry(&read_file(path, LONGEST_DATA)?)
             .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))?;
         if self.mesh.is_some() != matches!(geometry, Geometry::Mesh { .. }) {
             return Err(Failure::Usage(format!("{} holds the other kind of geometry", path.display())));
@@ -236,7 +236,7 @@ impl Args {
     ) -> Result<Vec<(String, RaySet, Option<RayHits>)>, Failure> {
         let mut sets = Vec::new();
         for path in &self.rays {
-            let (rays, known) = read_rays(&read_file(path, LONGEST)?)
+            let (rays, known) = read_rays(&read_file(path, LONGEST_DATA)?)
                 .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             sets.push((name, rays, Some(known)));
@@ -331,9 +331,6 @@ fn median(values: &[f64]) -> f64 {
     let at = |k: usize| sorted.get(k).copied().unwrap_or_default();
     (at(low) + at(high)) / 2.0
 }
-
-/// Bytes of the longest file of geometry or rays that is read: a device's has no end.
-const LONGEST: u64 = 4 << 30;
 
 fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();

@@ -7,10 +7,10 @@ use super::files::{Found, PROGRAM_BYTES, read_text};
 use super::machine::{Lexeme, Machine, Res};
 use super::string::general;
 use super::value::{Num, Value};
-use crate::file_io::replace_file;
+use crate::file_io::{folder_of, replace_file};
 use crate::lang::{Keyword, Manner, Mark, Program, Symbol, Token, read};
 use rustc_hash::FxHashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Bytes of the longest file that a script may write.
@@ -121,8 +121,7 @@ impl Machine<'_> {
     /// Where a file may be written, if anywhere: in or below one of the folders that the user has named.
     fn writable(&self, name: &str) -> Option<PathBuf> {
         let path = self.beside_scene(name);
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = folder.canonicalize().ok()?.join(path.file_name()?);
+        let file = folder_of(&path).canonicalize().ok()?.join(path.file_name()?);
         // A link is as good as what it leads to.
         let file = file.canonicalize().unwrap_or(file);
         let allowed = |root: &PathBuf| root.canonicalize().is_ok_and(|root| file.starts_with(root));

@@ -3,10 +3,12 @@
 //! Knows what can go wrong with a path (no end, no permission, a device), nothing of what files hold. What is read has a
 //! limit; what is written stands there whole or not at all.
 
+mod place;
 mod read;
 mod replace;
 
-pub use read::read_file;
+pub use place::folder_of;
+pub use read::{LONGEST_DATA, read_file};
 pub use replace::{check_writable, replace_file};
 
 use std::io;

@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+/// Bytes of the longest picture, geometry or set of rays that is read.
+pub const LONGEST_DATA: u64 = 4 << 30;
+
 /// The bytes of a file of at most `longest`.
 ///
 /// # Errors

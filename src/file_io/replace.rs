@@ -2,7 +2,7 @@
 //!
 //! A render that fails or is stopped leaves what stood there before.
 
-use super::FileError;
+use super::{FileError, folder_of};
 use std::fs::{self, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -72,13 +72,12 @@ fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// A new, empty file in the same folder, removed when dropped.
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".octray-").suffix(".part");
     // The crate's own default is 0600; the process's umask is applied to this.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|error| io::Error::new(error.kind(), without_name(&error)))
+    builder.tempfile_in(folder_of(path)).map_err(|error| io::Error::new(error.kind(), without_name(&error)))
 }
 
 /// What the system said. The crate wraps it in an error of its own, of which nothing but the text can be had, to add its

@@ -1,7 +1,7 @@
 //! Picture files to films in linear light.
 
 use super::{ImageError, png};
-use crate::file_io::read_file;
+use crate::file_io::{LONGEST_DATA, read_file};
 use crate::film::{Film, Pixel};
 use crate::transfer::Transfer;
 use image::{DynamicImage, ImageFormat};
@@ -17,15 +17,12 @@ pub enum Assume {
     Transfer(Transfer),
 }
 
-/// Bytes of the longest picture file that is read: a device's has no end.
-const LONGEST: u64 = 4 << 30;
-
 /// Reads PNG, EXR, HDR, PNM and JPEG, told apart by their first bytes.
 ///
 /// # Errors
 /// If the file cannot be read or is not such a picture.
 pub fn read(path: &Path, assume: Assume) -> Result<Film, ImageError> {
-    decode(&read_file(path, LONGEST)?, assume)
+    decode(&read_file(path, LONGEST_DATA)?, assume)
         .map_err(|reason| ImageError::Broken { path: path.into(), reason })
 }
 

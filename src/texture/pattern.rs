@@ -159,7 +159,7 @@ fn gradient<L: Lane>(p: Vec3<L>, direction: DVec3) -> L {
     wrapped(p.dot(Vec3::splat(direction)))
 }
 
-/// What lies above 1 wrapped to 0..1, and only that.
+/// What lies above 1 wrapped to 0..1, and only that: `wrapped` of [`crate::scene::Pattern`] in lanes, which it must not know.
 fn wrapped<L: Lane>(v: L) -> L {
     v.gt(L::lit(1.0)).select(v - v.trunc(), v)
 }
