@@ -87,6 +87,8 @@ mod help_and_usage {
             "render ball.scn -o out.jpg -W 65536 -H 1",
             "render ball.scn -o - --format jpg -W 1 -H 65536",
             "compare a.png b.png --gate 2",
+            "compare ball.scn b.png --strip ball.scn",
+            "compare a.png ball.scn --strip ./ball.scn",
         ] {
             let (code, message) = told(&octray(folder.path(), args));
             assert_eq!(code, 2, "`{args}`: {message}");

@@ -171,6 +171,22 @@ fn what_cannot_be_traced_is_refused() {
         ("rays --mesh sheet.mesh --eye 1,2,3 --size 8192", 2, "4096"),
         ("rays --mesh sheet.mesh --eye 1,2,3 --threads 1025", 2, "to 1024"),
         ("rays --mesh sheet.mesh --eye 0,1,0", 2, "--up"),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --hits ./sheet.mesh", 2, "overwrite the mesh: ./sheet.mesh"),
+        ("rays --spheres sheet.mesh --eye 1,2,3 --hits sheet.mesh", 2, "overwrite the spheres"),
+        ("rays ball.scn --hits ball.scn", 2, "overwrite the scene"),
+        ("rays --mesh sheet.mesh --rays a.rays --hits a.rays", 2, "overwrite the set of rays"),
+        (
+            "rays --mesh sheet.mesh --rays set.a.rays --rays a.rays --dump set",
+            2,
+            "the set of rays: set.a.rays",
+        ),
+        (
+            "rays --mesh sheet.mesh --rays a.rays --rays b/a.rays --dump set",
+            2,
+            "the dump of a set: set.a.rays",
+        ),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --dump a --hits a.camera.rays", 2, "the dump of a set"),
+        ("rays --mesh sheet.mesh --eye 1,2,3 --dump none/a", 3, "none/a.camera.rays"),
     ] {
         let output = octray(folder.path(), args);
         let told = String::from_utf8_lossy(&output.stderr);

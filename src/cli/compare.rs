@@ -1,9 +1,11 @@
 //! `octray compare`: how far two picture files are apart.
 
 use super::Failure;
+use super::overwrite::refuse_overwrites;
 use super::streams::{line_to_stdout, to_stdout};
 use clap::ValueEnum;
 use octray::compare::{AMPLIFY, Comparison, Difference, EDGE_CONTRAST, WITHIN, clipped, compare, strip};
+use octray::file_io::check_writable;
 use octray::image_io::{self, Assume, Encoding, Format};
 use octray::transfer::Transfer;
 use std::path::PathBuf;
@@ -47,6 +49,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         InputGamma::Srgb => Assume::Transfer(Transfer::Srgb),
         InputGamma::Linear => Assume::Transfer(Transfer::LINEAR),
     };
+    if let Some(path) = &args.strip {
+        let read = [("expected picture", &*args.expected), ("actual picture", &*args.actual)];
+        refuse_overwrites(&read, &[("strip", path)])?;
+        check_writable(path)?;
+    }
     let (mut expected, mut actual) =
         (image_io::read(&args.expected, assume)?, image_io::read(&args.actual, assume)?);
     let is_float = |path| Format::of_path(path).is_some_and(Format::is_float);

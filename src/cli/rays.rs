@@ -1,6 +1,7 @@
 //! `octray rays`: how many rays a second, and what they hit.
 
 use super::Failure;
+use super::overwrite::{Named, refuse_overwrites};
 use super::render::{PrecisionArg, TraversalArg, threads};
 use super::scene::{SceneArgs, load};
 use super::streams::{line_to_stderr, line_to_stdout};
@@ -156,10 +157,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !args.size.is_multiple_of(8) {
         return Err(Failure::Usage(format!("--size must be a multiple of 8, not {}", args.size)));
     }
-    if let Some(path) = &args.hits {
-        // Better now than when all has been measured.
-        check_writable(path)?;
-    }
+    args.check_written()?;
     let (scene, primitives) = args.geometry()?;
     let precision = args.precision.into();
     let preset = match args.build {
@@ -196,8 +194,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             set: name,
         };
         line_to_stdout(serde_json::to_string(&line).expect("plain numbers and names"))?;
-        if let Some(prefix) = &args.dump {
-            let path = PathBuf::from(format!("{}.{}.rays", prefix.display(), line.set));
+        if let Some(path) = args.dumped(&line.set) {
             replace_file(&path, &write_rays(&rays, &measured.hits))?;
         }
         explain(&rays, &measured, differs.as_deref().unwrap_or_default(), args.explain);
@@ -210,6 +207,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 impl Args {
+    /// That what is written can be, and replaces nothing that is read: better now than when all has been measured.
+    fn check_written(&self) -> Result<(), Failure> {
+        let read: Vec<Named> = [("scene", &self.scene), ("mesh", &self.mesh), ("spheres", &self.spheres)]
+            .into_iter()
+            .filter_map(|(what, path)| Some((what, path.as_deref()?)))
+            .chain(self.rays.iter().map(|path| ("set of rays", &**path)))
+            .collect();
+        let sets: Vec<String> = match &self.rays[..] {
+            [] => self.sets.iter().map(|set| set.name().into()).collect(),
+            paths => paths.iter().map(|path| name_of(path)).collect(),
+        };
+        let dumps: Vec<PathBuf> = sets.iter().filter_map(|set| self.dumped(set)).collect();
+        let dumps = dumps.iter().map(|path| ("dump of a set", &**path));
+        let written: Vec<Named> = dumps.chain(self.hits.as_deref().map(|path| ("hits", path))).collect();
+        refuse_overwrites(&read, &written)?;
+        Ok(written.iter().try_for_each(|(_, path)| check_writable(path))?)
+    }
+
+    /// Where a set's rays and hits are written to, if anywhere.
+    fn dumped(&self, set: &str) -> Option<PathBuf> {
+        let mut path = self.dump.clone()?.into_os_string();
+        path.push(format!(".{set}.rays"));
+        Some(path.into())
+    }
+
     /// What rays are traced against, and how many primitives that is.
     fn geometry(&self) -> Result<(Scene, usize), Failure> {
         let Some(path) = self.mesh.as_ref().or(self.spheres.as_ref()) else {
@@ -238,8 +260,7 @@ impl Args {
         for path in &self.rays {
             let (rays, known) = read_rays(&read_file(path, LONGEST_DATA)?)
                 .map_err(|error| Failure::Machine(format!("{} cannot be read: {error}", path.display())))?;
-            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            sets.push((name, rays, Some(known)));
+            sets.push((name_of(path), rays, Some(known)));
         }
         if !sets.is_empty() {
             return Ok(sets);
@@ -285,6 +306,11 @@ impl Args {
             ..Camera::default()
         })
     }
+}
+
+/// A set's name: its file's, without folder and ending.
+fn name_of(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// One mesh, or spheres one by one, without colours.

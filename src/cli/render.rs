@@ -1,6 +1,7 @@
 //! `octray render`: a scene to a picture file.
 
 use super::Failure;
+use super::overwrite::refuse_overwrites;
 use super::progress::Bar;
 use super::scene::{SceneArgs, load};
 use super::stats::Stats;
@@ -286,27 +287,11 @@ impl Output {
                 "JPEG holds at most {JPEG_SIDE} pixels a side, not {longest}"
             )));
         }
-        output.check_overwrites(args)?;
-        Ok(output)
-    }
-
-    /// Nothing is written over the scene, nor one result over the other.
-    fn check_overwrites(&self, args: &Args) -> Result<(), Failure> {
         let stats = args.stats.as_deref().filter(|path| !is_stdout(path));
-        let scene = Some(&*args.scene);
-        for (what, path, other, found) in [
-            ("picture", self.path.as_deref(), "scene", scene),
-            ("stats", stats, "scene", scene),
-            ("stats", stats, "picture", self.path.as_deref()),
-        ] {
-            if let Some((path, found)) = path.zip(found)
-                && is_same_file(path, found)
-            {
-                let path = path.display();
-                return Err(Failure::Usage(format!("the {what} would overwrite the {other}: {path}")));
-            }
-        }
-        Ok(())
+        let picture = output.path.as_deref().map(|path| ("picture", path));
+        let written: Vec<_> = picture.into_iter().chain(stats.map(|path| ("stats", path))).collect();
+        refuse_overwrites(&[("scene", &args.scene)], &written)?;
+        Ok(output)
     }
 
     fn check_writable(&self) -> Result<(), Failure> {
@@ -319,21 +304,6 @@ impl Output {
             None => to_stdout(file),
         }
     }
-}
-
-/// True if writing to one path would replace what is at the other. Devices and pipes take both.
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    let is_device = |path: &Path| path.metadata().is_ok_and(|found| !found.is_file());
-    !is_device(a) && !is_device(b) && whole_path(a).is_some_and(|path| Some(path) == whole_path(b))
-}
-
-/// Without links; of what is not there yet, the folder's.
-fn whole_path(path: &Path) -> Option<PathBuf> {
-    path.canonicalize().ok().or_else(|| {
-        let folder = path.parent()?;
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    })
 }
 
 fn is_stdout(path: &Path) -> bool {

@@ -7,7 +7,7 @@ mod place;
 mod read;
 mod replace;
 
-pub use place::folder_of;
+pub use place::{folder_of, is_same_file};
 pub use read::{LONGEST_DATA, read_file};
 pub use replace::{check_writable, replace_file};
 
