@@ -7,7 +7,7 @@
 pub struct RaySet {
     /// Starts by axis, in scene units.
     pub origin: [Vec<f32>; 3],
-    /// Directions by axis, of any length but 0.
+    /// Directions by axis, of any length but 0 (see [`RaySet::is_ray`]).
     pub dir: [Vec<f32>; 3],
     /// Hits at or before this do not count, in lengths of the direction.
     pub t_near: Vec<f32>,
@@ -54,6 +54,14 @@ impl RaySet {
     /// True without rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// True of a start and a direction that rays can have: finite, and somewhere.
+    ///
+    /// A direction counts as none if the squares of its numbers vanish in single precision.
+    pub fn is_ray(origin: [f32; 3], dir: [f32; 3]) -> bool {
+        let squares = dir.iter().map(|c| c * c).sum::<f32>();
+        origin.iter().chain(&dir).all(|c| c.is_finite()) && squares > 0.0
     }
 
     /// Adds a ray.

@@ -131,6 +131,9 @@ fn measure<S: Scalar, B: Scalar>(
 }
 
 /// Ray sets as pictures make them: a camera's rays in blocks of 8 by 8 pixels, and what they become where they hit.
+///
+/// What is no ray in single precision (see [`RaySet::is_ray`]) is left out: to a light at the very hit, or from a camera out
+/// of all measure.
 pub struct CameraRays {
     /// Through the middles of a square picture's pixels, in Morton order within and across blocks.
     pub camera: RaySet,
@@ -158,8 +161,9 @@ impl CameraRays {
             let (x, y) = (bx * 8 + even_bits(cell), by * 8 + even_bits(cell >> 1));
             let (origin, dir) = pixel_ray(camera, (x, y), (size, size));
             let dir = dir.normalize();
-            set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, f32::INFINITY));
-            lines.push((origin, dir));
+            if push(&mut set, origin, dir, f32::INFINITY) {
+                lines.push((origin, dir));
+            }
         }
         let (found, bounds) = match &bench.prepared {
             Prepared::Fast(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
@@ -206,9 +210,19 @@ impl CameraRays {
 fn set_of(rays: impl Iterator<Item = (DVec3, DVec3, f32)>) -> RaySet {
     let mut set = RaySet::default();
     for (origin, dir, far) in rays {
-        set.push(origin.as_vec3().to_array(), dir.as_vec3().to_array(), (0.0, far));
+        push(&mut set, origin, dir, far);
     }
     set
+}
+
+/// Adds a ray from 0 to `far`, if it is one.
+fn push(set: &mut RaySet, origin: DVec3, dir: DVec3, far: f32) -> bool {
+    let (origin, dir) = (origin.as_vec3().to_array(), dir.as_vec3().to_array());
+    let is_ray = RaySet::is_ray(origin, dir);
+    if is_ray {
+        set.push(origin, dir, (0.0, far));
+    }
+    is_ray
 }
 
 /// Start and direction (of any length) of the ray through the middle of pixel `(x, y)` of a picture of `width` by `height`.
@@ -241,6 +255,26 @@ fn random(row: u32, which: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// They used to be written to files that could not be read again.
+    #[test]
+    fn what_is_no_ray_is_left_out() {
+        let mut camera = RaySet::default();
+        camera.push([0.0, 0.0, -1.0], [0.0, 0.0, 1.0], (0.0, f32::INFINITY));
+        let hits = vec![
+            (0, DVec3::ZERO, -DVec3::Z),
+            (0, DVec3::X, -DVec3::Z),
+            (0, DVec3::Y, DVec3::NAN),
+            (0, DVec3::splat(1e39), -DVec3::Z),
+        ];
+        let made = CameraRays { camera, hits };
+        let starts = |set: RaySet| set.origin[0].clone();
+        // To a light at the hit itself, and from what single precision does not reach.
+        assert_eq!(starts(made.shadow(DVec3::ZERO)), [1.0, 0.0]);
+        assert_eq!(starts(made.mirror()), [0.0, 1.0]);
+        assert_eq!(starts(made.diffuse()), [0.0, 1.0]);
+        assert!(made.shadow(DVec3::splat(1e300)).is_empty());
+    }
 
     #[test]
     fn morton_order_walks_in_squares() {

@@ -157,6 +157,27 @@ fn stored_hits_are_compared_and_found_hits_written() {
     assert_eq!(found.differing(&wrong, RayQuery::Closest), [0, 2]);
 }
 
+/// What is no ray in single precision is left out of sets from the camera.
+#[test]
+fn dumped_sets_can_be_read_back_wherever_eye_and_light_are() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.mesh"), sheet(2)).unwrap();
+    for (place, none) in [
+        ("--eye 0,1e39,1 --light 1,2,3", "camera"),
+        ("--eye 0,1e-30,1e-30 --light 0,0,0", ""),
+        ("--eye 0,3,1 --light 1e300,0,0", "shadow"),
+    ] {
+        let made = format!("rays --mesh sheet.mesh {place} --size 8 --dump set");
+        for line in lines(&octray(folder.path(), &made)) {
+            let set = line["set"].as_str().unwrap();
+            let bytes = fs::read(folder.path().join(format!("set.{set}.rays"))).unwrap();
+            let (rays, _) = read_rays(&bytes).unwrap_or_else(|error| panic!("{place}, {set}: {error}"));
+            assert_eq!(line["rays"], rays.len());
+            assert!(set != none || rays.is_empty(), "{place}, {set}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_traced_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -31,9 +31,11 @@ pub fn read_rays(bytes: &[u8]) -> Result<(RaySet, RayHits), RayFileError> {
     };
     let hits = RayHits { t: column(), primitive: body.numbers(n) };
     for row in 0..n {
-        let finite = rays.origin.iter().chain(&rays.dir).all(|column| column[row].is_finite());
-        let length = rays.dir.iter().map(|column| column[row] * column[row]).sum::<f32>();
-        if !finite || !(length > 0.0) || rays.t_near[row].is_nan() || rays.t_far[row].is_nan() {
+        let at = |columns: &[Vec<f32>; 3]| columns.each_ref().map(|column| column[row]);
+        if !RaySet::is_ray(at(&rays.origin), at(&rays.dir))
+            || rays.t_near[row].is_nan()
+            || rays.t_far[row].is_nan()
+        {
             return Err(RayFileError::Value(format!(
                 "ray {row} has no direction, or numbers that are not finite"
             )));
