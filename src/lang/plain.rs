@@ -316,6 +316,8 @@ fn number(bytes: &[u8], start: usize) -> Option<(f64, usize)> {
         return None;
     }
     let mut exponent = -(fraction as i64);
+    // Where what the standard library understands ends.
+    let mut spelled = at;
     if let Some(b'e' | b'E') = bytes.get(at) {
         let mut behind = at + 1;
         let negative = bytes.get(behind) == Some(&b'-');
@@ -326,17 +328,19 @@ fn number(bytes: &[u8], start: usize) -> Option<(f64, usize)> {
             power = (power * 10 + i64::from(digit - b'0')).min(1 << 32);
             behind += 1;
         }
+        exponent += if negative { -power } else { power };
+        // Without digits behind it the letter means nothing, but belongs to the number (measured).
         if behind > from {
-            exponent += if negative { -power } else { power };
-            at = behind;
+            spelled = behind;
         }
+        at = behind;
     }
     // 19 digits do not overflow.
     let value = if whole + fraction <= 19 && digits <= 1 << 53 && exponent.abs() <= 22 {
         let power = EXACT_POWERS[exponent.unsigned_abs() as usize];
         if exponent < 0 { digits as f64 / power } else { digits as f64 * power }
     } else {
-        std::str::from_utf8(&bytes[start..at]).ok()?.parse().unwrap_or(f64::NAN)
+        std::str::from_utf8(&bytes[start..spelled]).ok()?.parse().unwrap_or(f64::NAN)
     };
     Some((value, at))
 }

@@ -116,7 +116,7 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
             pair.into_inner().for_each(|pair| take(pair, base, program, symbols));
             return;
         }
-        Rule::number => Token::Number(text.parse().unwrap_or(f64::NAN)),
+        Rule::number => Token::Number(number(text)),
         Rule::word => match Keyword::from_text(text) {
             Some(keyword) => Token::Word(keyword),
             None => Token::Name(symbols.intern(text)),
@@ -127,8 +127,7 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
         },
         Rule::vector => {
             let first = program.numbers.len();
-            let components =
-                pair.into_inner().map(|component| component.as_str().parse().unwrap_or(f64::NAN));
+            let components = pair.into_inner().map(|component| number(component.as_str()));
             program.numbers.extend(components);
             // Longer than any vector or polynomial; the evaluator says that it is too long.
             let count = (program.numbers.len() - first).min(usize::from(u16::MAX));
@@ -136,8 +135,7 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
         }
         Rule::rows => {
             let first = program.numbers.len();
-            let components =
-                pair.into_inner().map(|component| component.as_str().parse().unwrap_or(f64::NAN));
+            let components = pair.into_inner().map(|component| number(component.as_str()));
             program.numbers.extend(components);
             Token::Rows(first as u32, ((program.numbers.len() - first) / 3) as u32)
         }
@@ -171,6 +169,11 @@ fn take(pair: Pair<'_, Rule>, base: u32, program: &mut Program, symbols: &mut Sy
     program.places.push((base + span.start() as u32, len));
 }
 
+/// The value of a number's text. An exponent without digits is none.
+fn number(text: &str) -> f64 {
+    text.trim_end_matches(['e', 'E', '+', '-']).parse().unwrap_or(f64::NAN)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,8 +193,11 @@ mod tests {
         {
             assert_eq!(tokens(text), [Token::Number(value), Token::End], "{text}");
         }
-        // No exponent without digits.
-        assert_eq!(tokens("1e").len(), 3);
+        for (text, value) in
+            [("1e", 1.0), ("2.5E+", 2.5), (".5e-", 0.5), ("123456789012345678901e", 123456789012345678901.0)]
+        {
+            assert_eq!(tokens(text), [Token::Number(value), Token::End], "{text}");
+        }
     }
 
     #[test]
