@@ -83,6 +83,14 @@ impl Machine<'_> {
                 self.jump(end + 1);
                 Ok(())
             }
+            // In a branch that is passed over, as in POV-Ray, it is none.
+            Directive::LateBranch => {
+                let stop = self.error("expected `#end`: its `#if` has had its `#else`", self.span(at));
+                self.report(stop);
+                let end = self.chain_end(at.program, at.index);
+                self.jump(end + 1);
+                Ok(())
+            }
             Directive::EndBranch | Directive::SwitchElse => Ok(()),
             Directive::While => {
                 if !self.condition()? {
@@ -200,6 +208,15 @@ impl Machine<'_> {
         Ok(value.is_true())
     }
 
+    /// What `#switch` and `#case` compare.
+    fn compared_value(&mut self) -> Res<f64> {
+        let value = self.condition_value()?;
+        if value.n != 1 {
+            return Err(self.error_here("`#switch` compares floats, found a vector"));
+        }
+        Ok(value.v[0])
+    }
+
     /// `(Name)` or `(Name[i])`.
     fn is_declared(&mut self) -> Res<bool> {
         self.in_parentheses(Self::expect_raw, |m| {
@@ -269,7 +286,9 @@ impl Machine<'_> {
     /// The `#end` of the chain of branches that the one at `index` belongs to.
     fn chain_end(&self, program: u32, mut index: u32) -> u32 {
         let tokens = &self.programs[program as usize].tokens;
-        while let Token::Directive(Directive::Elseif | Directive::Else, jump) = tokens[index as usize] {
+        while let Token::Directive(Directive::Elseif | Directive::Else | Directive::LateBranch, jump) =
+            tokens[index as usize]
+        {
             index = jump;
         }
         index
@@ -278,7 +297,15 @@ impl Machine<'_> {
     /// What stands between a `#switch` and its first `#case` belongs to no case and is carried out whatever the value is
     /// (measured).
     fn switch(&mut self, first: u32) -> Res<()> {
-        let value = self.condition_value()?.v[0];
+        let value = self.compared_value()?;
+        if !matches!(
+            self.text.tokens[first as usize],
+            Token::Directive(Directive::Case | Directive::Range, _)
+        ) {
+            let message = "expected `#case` or `#range` as the first branch of the `#switch`";
+            let stop = self.error(message, self.text.span(first as usize));
+            self.report(stop);
+        }
         if self.at == first {
             return self.choose_case(value, first);
         }
@@ -306,7 +333,7 @@ impl Machine<'_> {
             self.jump(jump + 1);
             let (matches, next) = match branch {
                 Token::Directive(Directive::Case, next) => {
-                    ((self.condition_value()?.v[0] - value).abs() < EQUAL_WITHIN, next)
+                    ((self.compared_value()? - value).abs() < EQUAL_WITHIN, next)
                 }
                 Token::Directive(Directive::Range, next) => {
                     let (low, high) = self.range()?;

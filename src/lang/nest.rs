@@ -46,8 +46,8 @@ struct Open {
     branch: usize,
     /// Every `#break` that leaves it.
     breaks: Vec<usize>,
-    /// Its `#else` has come by: nothing but the `#end` may follow.
-    last_branch: bool,
+    /// The `#else` of an `#if` has come by: nothing but the `#end` should follow.
+    has_else: bool,
 }
 
 /// Errors beyond this many are not told: they are all of one kind.
@@ -80,25 +80,21 @@ pub(super) fn nest(program: &mut Program, exit: Option<usize>) -> Result<(), Vec
             | Directive::For
             | Directive::Switch
             | Directive::Macro => {
-                open.push(Open { directive, at, branch: at, breaks: Vec::new(), last_branch: false })
+                open.push(Open { directive, at, branch: at, breaks: Vec::new(), has_else: false })
             }
             Directive::Elseif | Directive::Else | Directive::Case | Directive::Range => {
                 let switch = matches!(directive, Directive::Case | Directive::Range);
                 match open.last_mut() {
-                    Some(top) if top.last_branch && top.may_have(directive) => {
-                        let message =
-                            format!("expected `#end` after the `#else`, found `#{}`", directive.name());
-                        errors.push(Diagnostic::error(message, program.span(at)));
-                    }
                     Some(top) if top.may_have(directive) => {
                         let directive = match (directive, top.directive) {
                             (Directive::Else, Directive::Switch) => Directive::SwitchElse,
+                            (Directive::Elseif | Directive::Else, _) if top.has_else => Directive::LateBranch,
                             _ => directive,
                         };
                         set_jump(program, top.branch, at);
                         program.tokens[at] = Token::Directive(directive, 0);
                         top.branch = at;
-                        top.last_branch = matches!(directive, Directive::Else | Directive::SwitchElse);
+                        top.has_else |= directive == Directive::Else;
                     }
                     _ => {
                         let opener = if switch { "#switch" } else { "#if" };
@@ -184,7 +180,7 @@ impl Directive {
             Ifdef => "ifdef",
             Ifndef => "ifndef",
             Elseif => "elseif",
-            Else | SwitchElse => "else",
+            Else | LateBranch | SwitchElse => "else",
             EndBranch | EndWhile | EndFor | EndMacro => "end",
             While => "while",
             For => "for",

@@ -111,7 +111,9 @@ pub enum Directive {
     /// Jumps to the next `#case`, `#range`, `#else` or to the `#end`, as does the next one.
     Case,
     Range,
-    /// Of a `#switch`; jumps to its `#end`.
+    /// An `#elseif` or `#else` behind the `#else`: an error if evaluation comes by. Jumps as they do.
+    LateBranch,
+    /// Of a `#switch`; jumps to its next branch or its `#end`.
     SwitchElse,
     /// Jumps to the `#end` of the innermost loop, switch or macro.
     Break,
