@@ -304,6 +304,9 @@ impl Machine<'_> {
         if !self.accept(Mark::Question)? {
             return Ok(value);
         }
+        if value.n != 1 {
+            return Err(self.error_here("expected a float before `?`, found a vector"));
+        }
         self.deeper(|m| {
             let yes = m.choice()?;
             m.expect(Mark::Colon)?;
@@ -312,18 +315,21 @@ impl Machine<'_> {
         })
     }
 
-    /// `&` and `|`: of equal rank, from left to right.
+    /// `&` and `|`: of equal rank, from left to right; of vectors, component by component.
     fn logical(&mut self) -> Res<Num> {
         let mut value = self.relation()?;
         loop {
             let Token::Mark(mark @ (Mark::And | Mark::Or)) = self.peek()? else { return Ok(value) };
             self.next()?;
-            let right = self.relation()?.is_true();
-            let holds = if mark == Mark::And { value.is_true() && right } else { value.is_true() || right };
-            value = Num::float(f64::from(holds));
+            let right = self.relation()?;
+            value = value.zip(right, |a, b| {
+                let (a, b) = (Num::float(a).is_true(), Num::float(b).is_true());
+                f64::from(if mark == Mark::And { a && b } else { a || b })
+            });
         }
     }
 
+    /// `<`, `=` and the like: 1 where they hold, else 0; of vectors, component by component (measured).
     fn relation(&mut self) -> Res<Num> {
         let mut value = if self.begins_string()? { self.string_relation()? } else { self.expr()? };
         loop {
@@ -338,14 +344,9 @@ impl Machine<'_> {
             else {
                 return Ok(value);
             };
-            let at = self.next()?;
+            self.next()?;
             let right = self.expr()?;
-            if value.n > 1 || right.n > 1 {
-                let message = format!("`{}` compares floats, found a vector", mark.text());
-                return Err(self.error(message, self.span(at)));
-            }
-            let (a, b) = (value.v[0], right.v[0]);
-            value = Num::float(f64::from(compare(mark, a, b)));
+            value = value.zip(right, |a, b| f64::from(compare(mark, a, b)));
         }
     }
 }
