@@ -108,10 +108,16 @@ impl Machine<'_> {
     fn disc(&mut self) -> Res<Option<Shape>> {
         let center = self.vector()?;
         self.comma()?;
-        let normal = self.direction("disc")?;
+        let start = self.peek_lexeme()?;
+        let normal = self.vector()?.try_normalize();
+        if normal.is_none() {
+            let span = self.span(start).to(self.span(self.last));
+            self.warn("normal", "a disc whose normal is zero cannot be seen", span);
+        }
         self.comma()?;
         let radius = self.radius("disc")?;
         let hole = if self.comma_then_float()? { self.finite()?.abs() } else { 0.0 };
+        let Some(normal) = normal else { return Ok(None) };
         Ok((radius > 0.0).then_some(Shape::Disc { center, normal, radius, hole }))
     }
 
