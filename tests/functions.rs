@@ -26,7 +26,7 @@ fn function(before: &str, body: &str) -> Arc<Function> {
 }
 
 fn alone(function: &Function, point: [f64; 3]) -> f64 {
-    let mut around = Surroundings { steps: STEPS, pigment: &|_, _| [0.0; 5] };
+    let mut around = Surroundings::new(STEPS, &|_, _| [0.0; 5]);
     function.value(&point, &mut around).unwrap_or(0.0)
 }
 
@@ -213,6 +213,23 @@ fn a_lane_that_takes_too_long_counts_as_nothing() {
     let x = f64x8::from_fn(|k| if k % 2 == 0 { 1e9 } else { k as f64 });
     let found = function_values(&function, Vec3::new(x, f64x8::zero(), f64x8::zero()), 1000).to_array();
     assert_eq!(found, [0.0, 2.0, 0.0, 4.0, 0.0, 6.0, 0.0, 8.0]);
+}
+
+/// Some lanes call further than others, and one without end.
+#[test]
+fn functions_that_call_themselves_come_to_the_same_bits_in_lanes() {
+    let declared = "#declare Half = function(a) { select(a - 1, a, 1 + Half(a/2)) }
+        #declare Endless = function(a) { select(a - 5, Half(a + 3), Endless(a)) }";
+    let function = function(declared, "Endless(x) + y");
+    let x = [0.5, 1.0, 3.0, -7.0, 4.5, 5.0, f64::NAN, f64::INFINITY];
+    let (x, y) = (f64x8::from_array(x), f64x8::from_array([0.25; 8]));
+    let found = function_values(&function, Vec3::new(x, y, f64x8::zero()), STEPS).to_array();
+    for (found, x) in found.into_iter().zip(x.to_array()) {
+        let expected = alone(&function, [x, 0.25, 0.0]);
+        assert!(same(found, expected), "{x}: {found} for {expected}");
+    }
+    assert_eq!(found[5], 0.0, "without a value");
+    assert!(found[..5].iter().all(|found| *found != 0.0), "{found:?}");
 }
 
 /// What is computed in lanes by its own formula, with the bounds that src/texture/function.rs states.

@@ -152,9 +152,13 @@ impl Machine<'_> {
                 let color = reference::pigment_color(pigment, point);
                 [color.rgb.x, color.rgb.y, color.rgb.z, color.filter, color.transmit]
             };
-            let mut around = Surroundings { steps: CALL_STEPS, pigment: &pigment };
+            let mut around = Surroundings::new(CALL_STEPS, &pigment);
             let v = other_curve.as_ref().unwrap_or(&called.value).values(&arguments, &mut around);
             m.count_steps(CALL_STEPS - around.steps)?;
+            if v.is_none() && around.calls == 0 {
+                let message = "stopped: too many calls of a function by itself within each other";
+                return Err(m.halt(message));
+            }
             let Some(v) = v else {
                 return Err(m.halt(format!("stopped: a function's value takes more than {CALL_STEPS} steps")));
             };
@@ -271,8 +275,9 @@ impl Machine<'_> {
     fn body_name(&mut self, draft: &mut Draft) -> Res<Operand> {
         let lexeme = self.next()?;
         if self.is_own_name(lexeme) {
-            let lacks = self.lack("recursive function", lexeme);
-            return self.body_call(With { value: Callee::Missing, lacks }, lexeme, draft);
+            let message = "POV-Ray warns of functions that call themselves, and crashes on some";
+            self.warn("recursion", message, self.span(lexeme));
+            return self.body_call(With::new(Callee::Itself(draft.function.params)), lexeme, draft);
         }
         let called = match self.name_value(lexeme)? {
             Value::Function(called) => Called::clone(&called),

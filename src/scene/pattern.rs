@@ -72,7 +72,7 @@ impl Pattern {
             Self::Cylindrical => 1.0 - x.hypot(z).min(1.0),
             Self::Dents => noise::noise(p).powi(3),
             Self::Function(function) => {
-                let mut around = Surroundings { steps: FUNCTION_STEPS, pigment: &|_, _| [0.0; 5] };
+                let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&[x, y, z], &mut around).unwrap_or(0.0))
             }
             Self::Granite => {

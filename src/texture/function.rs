@@ -47,7 +47,7 @@ pub fn values(function: &Function, point: Vec3<f64x8>, steps: u64) -> f64x8 {
     // Each lane alone takes no more steps than the eight together.
     run(function, &arguments, !0, &mut left).unwrap_or_else(|| {
         Number::each(arguments, |point| {
-            function.value(&point, &mut Surroundings { steps, pigment: &|_, _| [0.0; 5] }).unwrap_or(0.0)
+            function.value(&point, &mut Surroundings::new(steps, &|_, _| [0.0; 5])).unwrap_or(0.0)
         })
     })
 }
@@ -242,11 +242,13 @@ fn call(
         // A table, looked up at each point.
         Callee::Spline(spline) => arguments[0].map(|at| component.of(&spline.value(at))),
         Callee::Transform(_) => {
-            let mut around = Surroundings { steps: LANES as u64, pigment: &|_, _| [0.0; 5] };
+            let mut around = Surroundings::new(LANES as u64, &|_, _| [0.0; 5]);
             let lanes = arguments.iter().map(|a| a.to_array()).collect::<SmallVec<[_; 3]>>();
             let mut value = |k: usize| callee.values(&[lanes[0][k], lanes[1][k], lanes[2][k]], &mut around);
             Lane::from_array(each_lane(|k| value(k).map_or(0.0, |v| component.of(&v))))
         }
+        // Lanes would go on as long as any of them does, in deep frames: each point alone.
+        Callee::Itself(_) => return None,
         // Patterns of the renderer ask no pigments.
         Callee::Pigment(_) | Callee::Pattern(_) | Callee::Missing => Lane::zero(),
     })
