@@ -120,6 +120,16 @@ fn solid_less_itself_is_nothing() {
     }
 }
 
+/// Its meetings are at no finite distance: the same ones were joined for ever, and took all memory.
+#[test]
+fn a_sphere_beyond_all_measure_ends() {
+    for radius in [1e160, 1e300, f64::MAX] {
+        let cut = vec![Object::new(cuboid([-1.0; 3], [1.0; 3])), Object::new(sphere(0.0, 0.0, 0.0, radius))];
+        let found = hit(vec![csg(CsgOp::Difference, cut)], [0.1, 0.2, -5.0], [0.0, 0.0, 1.0]);
+        assert!(found.is_none_or(|t| t.is_finite()), "{found:?}");
+    }
+}
+
 #[test]
 fn flush_cut_leaves_no_skin() {
     // A hole through a box, flush with both faces; and one that sticks out ever less.

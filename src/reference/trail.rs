@@ -186,7 +186,10 @@ impl<'w> Parts<'w> {
         let starts_inside = state.is_inside();
         let mut crossings = smallvec![];
         while let Some((t, slack)) = next(&mut cursors) {
-            let ties = |crossing: &Crossing| (crossing.t - t).abs() <= crossing.slack + slack;
+            // The first ties with itself even where it has no distance: a radius of 1e160 has no finite square.
+            let ties = |crossing: &Crossing| {
+                crossing.t.total_cmp(&t).is_eq() || (crossing.t - t).abs() <= crossing.slack + slack
+            };
             let tied: Vec<(bool, Crossing)> = cursors
                 .iter_mut()
                 .filter_map(|cursor| {
