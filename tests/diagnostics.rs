@@ -180,11 +180,18 @@ fn no_text_is_too_deep() {
         "<1,2",
         "#while (1",
         "\\",
+        "A[",
+        "#undef A[",
+        "#ifdef (A[",
     ];
     for part in repeated {
         from_text("deep.scn", &part.repeat(n), &Options::default());
+        let array = format!("#declare A = array[1] {{ 0 }};\n#declare B = {}", part.repeat(n));
+        from_text("deep.scn", &array, &Options::default());
         from_text("deep.scn", &format!("#declare A = {}", part.repeat(n)), &Options::default());
     }
+    let branches = format!("#if (0) {} #end", "#elseif (0) ".repeat(30 * n));
+    from_text("deep.scn", &branches, &Options::default());
     let balanced = format!("{} sphere {{ 0, 1 }}", "/*".repeat(n) + &"*/".repeat(n));
     assert_eq!(from_text("deep.scn", &balanced, &Options::default()).scene.objects.len(), 1);
 }

@@ -46,7 +46,7 @@ impl Machine<'_> {
     pub fn subscripts(&mut self, array: Option<&Value>) -> Res<Option<usize>> {
         let Some(Value::Array(array)) = array else {
             self.expect(Mark::OpenBracket)?;
-            self.float()?;
+            self.deeper(Self::float)?;
             self.expect(Mark::CloseBracket)?;
             return Ok(None);
         };
@@ -54,7 +54,7 @@ impl Machine<'_> {
         for &size in &array.dims {
             let open = self.expect(Mark::OpenBracket)?;
             // POV-Ray truncates; the small step is against 0.1 * 30 being 2.9999999999999996.
-            let index = (self.float()? + EQUAL_WITHIN).floor();
+            let index = (self.deeper(Self::float)? + EQUAL_WITHIN).floor();
             let close = self.expect(Mark::CloseBracket)?;
             if !(index >= 0.0 && index < size as f64) {
                 let span = self.span(open).to(self.span(close));

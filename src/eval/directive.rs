@@ -268,19 +268,14 @@ impl Machine<'_> {
     }
 
     /// Goes on here if `holds`, else at the next branch that does.
-    fn branch(&mut self, holds: bool, jump: u32) -> Res<()> {
-        if holds {
-            return Ok(());
+    fn branch(&mut self, mut holds: bool, mut jump: u32) -> Res<()> {
+        while !holds {
+            let next = self.text.tokens[jump as usize];
+            self.jump(jump + 1);
+            let Token::Directive(Directive::Elseif, next) = next else { break };
+            (holds, jump) = (self.condition()?, next);
         }
-        let next = self.text.tokens[jump as usize];
-        self.jump(jump + 1);
-        match next {
-            Token::Directive(Directive::Elseif, next) => {
-                let holds = self.condition()?;
-                self.branch(holds, next)
-            }
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
     /// The `#end` of the chain of branches that the one at `index` belongs to.
