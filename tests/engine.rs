@@ -123,6 +123,29 @@ fn hard_cases_look_the_same_to_packets_and_oracle() {
     }
 }
 
+/// Places that do not rise, and numbers that are none: packets sorted out neither, the oracle does as POV-Ray.
+#[test]
+fn odd_maps_look_the_same_to_packets_and_oracle() {
+    let colors = ["rgb <1, 0, 0>", "rgb <0, 1, 0>", "rgb <0, 0, 1>"];
+    for pattern in ["gradient x", "function { ln(x) }", "gradient <0, 0, 0>", "function { 1e300*y*1e300 }"] {
+        for places in [[0.8, 0.2, 0.5], [1.0, 0.5, 0.0], [-3.0, -2.0, -1.0], [0.5, 0.5, 0.5], [0.2, 0.6, 1.0]]
+        {
+            let entry = |(place, color)| format!("[{place} {color}]");
+            let map: String = places.into_iter().zip(colors).map(entry).collect();
+            let text = format!(
+                "#version 3.7; camera {{ location -3*z look_at 0 }}
+                plane {{ z, 0 pigment {{ {pattern} color_map {{ {map} }} }} finish {{ ambient 1 }} }}"
+            );
+            let scene = eval::from_text("map", &text, &eval::Options::default()).scene;
+            for precision in [Precision::Fast, Precision::Exact] {
+                let packets = picture(&scene, Engine::Packets, precision, 1);
+                let expected = picture(&scene, Engine::Reference, precision, 1);
+                assert_eq!(differing(&packets, &expected, 1e-3), 0, "{text}");
+            }
+        }
+    }
+}
+
 fn differing(a: &Film, b: &Film, bound: f64) -> usize {
     a.pixels.iter().zip(&b.pixels).filter(|(a, b)| !(pixel_difference(a, b) <= bound)).count()
 }

@@ -50,10 +50,15 @@ impl Machine<'_> {
         let number = |pattern| Ok(Some(PatternWord { pattern: AnyPattern::Number(pattern), at, open: None }));
         let other = match word {
             K::Gradient => {
-                let direction = self.vector()?;
-                let Some(direction) = direction.try_normalize() else {
-                    return Err(self.error_here("the direction of `gradient` must not be zero"));
-                };
+                let start = self.peek_lexeme()?;
+                let direction = self.vector()?.try_normalize();
+                if direction.is_none() {
+                    let message = "the direction of `gradient` is zero: it has the first colour of its map";
+                    let span = self.span(start).to(self.span(self.last));
+                    self.warn("direction", message, span);
+                }
+                // POV-Ray divides by its length: the pattern is no number anywhere, whatever its phase (measured).
+                let direction = direction.unwrap_or(DVec3::NAN);
                 return number(Pattern::Gradient(direction));
             }
             K::Spiral1 => {

@@ -191,11 +191,15 @@ fn cycle<L: Lane>(v: L) -> L {
     ((v - v.trunc()) * L::lit(std::f64::consts::TAU)).sin_cos().0
 }
 
-/// Entries are looked up by the first place not below the value; before the first and after the last they hold on.
+/// Entries are looked up by the first place not below the value; before the first and from the last on they hold on, also where
+/// places do not rise: from the last entry's on it is that one. What is no number has the first entry's colour.
 fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors {
-    let Some((_, last)) = map.entries.last() else {
+    let Some((end, last)) = map.entries.last() else {
         return Colors::splat(&Color::default());
     };
+    // Below or above all places, where the last entry or NaN decides.
+    let before = value.lt(L::lit(*end)).select(value, L::lit(f64::NEG_INFINITY));
+    let value = value.ge(L::lit(*end)).select(L::lit(f64::INFINITY), before);
     let mut colors = Colors::splat(last);
     // From the end, so that the first entry at or above the value has the last word.
     for k in (0..map.entries.len()).rev() {
