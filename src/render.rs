@@ -115,7 +115,7 @@ pub type OnProgress<'a> = &'a (dyn Fn(Progress) + Sync);
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// A picture without pixels, or with more than memory can address.
-    #[error("a picture of {width} by {height} pixels cannot be rendered")]
+    #[error("a picture has 1 to {MOST_PIXELS} pixels, not {width} by {height}")]
     Size {
         /// As asked for.
         width: usize,

@@ -87,6 +87,10 @@ mod help_and_usage {
             "render ball.scn -o out.jpg -W 65536 -H 1",
             "render ball.scn -o - --format jpg -W 1 -H 65536",
             "compare a.png b.png --gate 2",
+            "compare a.png b.png --strip c.exr",
+            "compare a.png b.png --strip c.png --amplify nan",
+            "render ball.scn --clock inf",
+            "bench ball.scn --oracle-limit nan",
             "compare ball.scn b.png --strip ball.scn",
             "compare a.png ball.scn --strip ./ball.scn",
         ] {

@@ -18,11 +18,11 @@ pub struct Args {
     /// The picture in question
     #[arg(value_name = "ACTUAL")]
     actual: PathBuf,
-    /// Write `expected | difference | actual` side by side
+    /// Write `expected | difference | actual` side by side, as PNG
     #[arg(long, value_name = "OUT.png")]
     strip: Option<PathBuf>,
     /// What differences are multiplied by in the strip
-    #[arg(long, value_name = "X", default_value_t = AMPLIFY)]
+    #[arg(long, value_name = "X", default_value_t = AMPLIFY, value_parser = factor)]
     amplify: f32,
     /// Figures as JSON instead of a table
     #[arg(long)]
@@ -52,6 +52,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.strip {
         let read = [("expected picture", &*args.expected), ("actual picture", &*args.actual)];
         refuse_overwrites(&read, &[("strip", path)])?;
+        // No other program would read it as what its name says.
+        if Format::of_path(path).is_some_and(|format| format != Format::Png) {
+            let path = path.display();
+            return Err(Failure::Usage(format!(
+                "strips are PNG files: `{path}` is the name of another kind"
+            )));
+        }
         check_writable(path)?;
     }
     let (mut expected, mut actual) =
@@ -105,6 +112,14 @@ fn table(found: &Comparison) -> String {
         out += &format!("there: expected {}, actual {}\n", rgb(worst.expected), rgb(worst.actual));
     }
     out + &format!("edges: neighbours in the expected picture differ by over {EDGE_CONTRAST}\n")
+}
+
+/// A number for `--amplify`.
+fn factor(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(factor) if factor.is_finite() && factor >= 0.0 => Ok(factor),
+        _ => Err("expected a number from 0 on".into()),
+    }
 }
 
 /// A share for `--gate`.

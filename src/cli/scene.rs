@@ -19,7 +19,7 @@ pub struct SceneArgs {
     #[arg(short = 'D', long = "declare", value_name = "NAME=VALUE", value_parser = name_and_value)]
     pub declares: Vec<(String, String)>,
     /// What the scene finds in `clock`
-    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub clock: f64,
     /// Leave out what octray does not model yet, with a warning, instead of refusing the scene
     #[arg(long)]
@@ -81,6 +81,7 @@ pub fn shapes(counts: &BTreeMap<&'static str, u64>) -> u64 {
 pub fn many(shapes: u64) -> String {
     match shapes {
         u64::MAX => format!("over {} shapes", u64::MAX - 1),
+        1 => "1 shape".into(),
         _ => format!("{shapes} shapes"),
     }
 }
@@ -165,6 +166,14 @@ fn write_messages(
 /// "1 error", "2 errors".
 pub fn plural(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A number for `--clock`.
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a finite number".into()),
+    }
 }
 
 fn name_and_value(text: &str) -> Result<(String, String), String> {
