@@ -52,7 +52,19 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     let unbounded = place_loose(&flat, &loose, &mut order);
     let classes = unbounded.iter().fold(bvh.classes, |classes, run| classes | run.class);
 
-    let Flat { mut columns, parts, mut csg, plain, part_tags, owners, textures, interiors, .. } = flat;
+    let Flat {
+        mut columns,
+        parts,
+        mut csg,
+        plain,
+        part_tags,
+        bodies,
+        mesh_bodies,
+        owners,
+        textures,
+        interiors,
+        ..
+    } = flat;
     let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &kind in Kind::ALL {
         base.push(owner.len() as u32);
@@ -92,6 +104,8 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         kinds,
         owner,
         rank,
+        bodies,
+        mesh_bodies,
         owners,
         textures,
         fades: interiors.iter().any(|interior| interior.fade_distance != 0.0),

@@ -1,8 +1,8 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
 use super::shapes::{push, push_mesh, smooth_triangles};
-use super::{Columns, Flat, Kind, Owner, Tag, WithBlock, class};
-use crate::csg::{Constraint, CsgNode, CsgTree, NO_INTERIOR, NodeKind, Part};
+use super::{Body, Columns, Flat, Kind, MeshBody, Owner, Tag, WithBlock, class};
+use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
@@ -21,6 +21,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         plain: vec![Vec::new(); Kind::ALL.len()],
         composites: Vec::new(),
         part_tags: Vec::new(),
+        bodies: Vec::new(),
+        mesh_bodies: Vec::new(),
         owners: Vec::new(),
         owner_of: FxHashMap::default(),
         textures: TextureBuilder::new(origin, scene.globals.opacity),
@@ -44,7 +46,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
             root: Arc::as_ptr(object) as usize,
             sees_through: sees_through(object),
             flags: Flags::default(),
-            separable: true,
+            within: Within::Scene,
         };
         pass.object(object, &handed);
         pass.interior_of.remove(&handed.root);
@@ -58,6 +60,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         plain: pass.plain,
         composites: pass.composites,
         part_tags: pass.part_tags,
+        bodies: pass.bodies,
+        mesh_bodies: pass.mesh_bodies,
         owners: pass.owners,
         textures: pass.textures.finish(),
         interiors: pass.interiors,
@@ -82,8 +86,63 @@ struct Handed {
     /// Of that object: see [`sees_through`].
     sees_through: bool,
     flags: Flags,
-    /// Nothing but unions so far: the node is as good as an object of its own.
-    separable: bool,
+    within: Within,
+}
+
+/// What a node stands in. What hides an object from rays is asked of whole objects, some of it also of parts (measured in
+/// POV-Ray 3.7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Within {
+    /// The scene, or unions that are no more than their parts: the node is as good as an object of its own.
+    Scene,
+    /// A union that is one object: `no_reflection` counts.
+    Union,
+    /// A merge: `no_image` counts too.
+    Merge,
+    /// Whatever cuts: nothing counts.
+    Intersection,
+}
+
+/// Whether a node is inside out.
+#[derive(Debug, Clone, Copy, Default)]
+struct Turned {
+    inverted: bool,
+    /// It or an ancestor was, be it back again: a union is a merge then.
+    ever: bool,
+}
+
+impl Turned {
+    fn by(self, flags: Flags) -> Self {
+        Self { inverted: self.inverted != flags.inverse, ever: self.ever || flags.inverse || flags.turned }
+    }
+
+    fn over(self, inverts: bool) -> Self {
+        Self { inverted: self.inverted != inverts, ever: self.ever || inverts }
+    }
+}
+
+/// How children are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Join {
+    Any,
+    Merged,
+    All,
+}
+
+impl Join {
+    /// Turned inside out, a union becomes an intersection of its children turned inside out, and back (De Morgan), as in
+    /// POV-Ray, where it comes back as a merge.
+    fn of(op: CsgOp, turned: Turned) -> Self {
+        match (op, turned.inverted) {
+            (CsgOp::Union, false) if !turned.ever => Self::Any,
+            (CsgOp::Union | CsgOp::Merge, false) | (CsgOp::Intersection | CsgOp::Difference, true) => {
+                Self::Merged
+            }
+            (CsgOp::Union | CsgOp::Merge, true) | (CsgOp::Intersection | CsgOp::Difference, false) => {
+                Self::All
+            }
+        }
+    }
 }
 
 impl Handed {
@@ -91,12 +150,9 @@ impl Handed {
     fn to(&self, object: &Object, number: usize) -> Self {
         let place = |texture: &Arc<Texture>| (texture.clone(), self.place);
         let (mine, his) = (object.flags, self.flags);
-        // What hides an object from rays is asked of whole objects, not of parts of composites (measured in POV-Ray 3.7).
-        let whole = self.separable;
-        let separable = whole
-            && matches!(object.shape, Shape::Csg { op: CsgOp::Union, .. })
-            && object.clipped_by().is_empty()
-            && !mine.inverse;
+        let shadows = self.within == Within::Scene;
+        let images = matches!(self.within, Within::Scene | Within::Merge);
+        let reflections = self.within != Within::Intersection;
         Self {
             place: object.transform.then(&self.place),
             texture: object.texture.as_ref().map(place).or_else(|| self.texture.clone()),
@@ -111,15 +167,23 @@ impl Handed {
             root: self.root,
             sees_through: self.sees_through,
             flags: Flags {
-                no_shadow: his.no_shadow || (whole && mine.no_shadow),
-                no_image: his.no_image || (whole && mine.no_image),
-                no_reflection: his.no_reflection || (whole && mine.no_reflection),
+                no_shadow: his.no_shadow || (shadows && mine.no_shadow),
+                no_image: his.no_image || (images && mine.no_image),
+                no_reflection: his.no_reflection || (reflections && mine.no_reflection),
                 hollow: mine.hollow || his.hollow,
                 inverse: mine.inverse,
+                turned: mine.turned,
                 double_illuminate: mine.double_illuminate || his.double_illuminate,
             },
-            separable,
+            within: self.within,
         }
+    }
+}
+
+/// Turns round the order of surfaces at one place, among all that were given a rank since `before`.
+fn turn_ranks(tags: &mut [Tag], before: u32, last: u32) {
+    for tag in tags {
+        tag.rank = before + 1 + (last - tag.rank);
     }
 }
 
@@ -159,6 +223,8 @@ struct Pass<S: Scalar> {
     plain: Vec<Vec<Tag>>,
     composites: Vec<Tag>,
     part_tags: Vec<Tag>,
+    bodies: Vec<Body>,
+    mesh_bodies: Vec<MeshBody>,
     owners: Vec<Owner>,
     owner_of: FxHashMap<Owner, u32>,
     textures: TextureBuilder,
@@ -180,18 +246,26 @@ impl<S: Scalar> Pass<S> {
     /// An object that nothing encloses but unions.
     fn object(&mut self, object: &Object, above: &Handed) {
         let handed = self.hand(object, above);
-        if !object.clipped_by().is_empty() {
-            return self.composite(object, above);
-        }
+        let depends = !object.clipped_by().is_empty() || object.flags.turned || object.flags.inverse;
         match &object.shape {
-            Shape::Csg { op: CsgOp::Union, children, .. } if !object.flags.inverse => {
+            Shape::Csg { op: CsgOp::Union, children, .. } if !depends => {
+                if above.within == Within::Scene && !object.is_split() {
+                    return self.union(children, handed);
+                }
                 for child in children {
                     self.object(child, &handed);
                 }
             }
-            Shape::Csg { .. } => self.composite(object, above),
+            Shape::Csg { .. } => self.composite(object, above, &handed),
+            _ if !object.clipped_by().is_empty() => self.composite(object, above, &handed),
             Shape::Mesh(mesh) => {
+                let before = self.rank;
                 let tags = self.mesh_tags(mesh, &handed);
+                if mesh.inside_vector.is_some() {
+                    let interior = self.interior(&handed);
+                    let (ranks, inverse) = (before + 1..self.rank + 1, handed.flags.inverse);
+                    self.mesh_bodies.push(MeshBody { ranks, interior, inverse });
+                }
                 let place = handed.place.then(&self.to_compiled);
                 let smooth = smooth_triangles(mesh);
                 self.plain[Kind::Triangle as usize].reserve(tags.len() - smooth);
@@ -214,6 +288,28 @@ impl<S: Scalar> Pass<S> {
                 }
             }
         }
+    }
+
+    /// The children of a union that is one object. Its parts are traced as if each was one, but for what it decides itself:
+    /// which of its surfaces is seen where several are at one place, the last, and what an eye is in.
+    fn union(&mut self, children: &[Arc<Object>], handed: Handed) {
+        let before = self.rank;
+        let plain: Vec<usize> = self.plain.iter().map(Vec::len).collect();
+        let (parts, meshes) = (self.part_tags.len(), self.mesh_bodies.len());
+        let interior = self.interior(&handed);
+        let inside = Handed { within: Within::Union, ..handed };
+        for child in children {
+            self.object(child, &inside);
+        }
+        for (tags, from) in self.plain.iter_mut().zip(plain) {
+            turn_ranks(&mut tags[from..], before, self.rank);
+        }
+        turn_ranks(&mut self.part_tags[parts..], before, self.rank);
+        for mesh in &mut self.mesh_bodies[meshes..] {
+            let turned = |rank: u32| before + 1 + (self.rank - rank);
+            mesh.ranks = turned(mesh.ranks.end - 1)..turned(mesh.ranks.start) + 1;
+        }
+        self.bodies.push(Body { ranks: before + 1..self.rank + 1, interior });
     }
 
     fn hand(&mut self, object: &Object, above: &Handed) -> Handed {
@@ -325,10 +421,19 @@ impl<S: Scalar> Pass<S> {
     }
 
     /// An object whose surfaces depend on each other.
-    fn composite(&mut self, object: &Object, above: &Handed) {
+    fn composite(&mut self, object: &Object, above: &Handed, handed: &Handed) {
         let (first, first_node) = (self.csg.parts.len() as u32, self.csg.nodes.len() as u32);
+        let before = self.rank;
+        let interior = self.interior(handed);
         let mut tags = Vec::new();
-        let (root, bounds) = self.node(object, above, false, &mut tags);
+        let whole = self.unclipped(object, handed, Turned::default(), &mut tags);
+        let (root, bounds) = self.clipped(whole, object, above, &mut tags);
+        // An eye is in what is in its own box, which what clips it makes smaller only if it has no end; then what clips it is
+        // not asked (measured in POV-Ray 3.7).
+        let (around, around_bounds) = if object.is_endless() { (root, bounds) } else { whole };
+        if above.within == Within::Scene {
+            turn_ranks(&mut tags, before, self.rank);
+        }
         self.constrain(root, &mut Vec::new());
         // What only clips is seen by no ray.
         let seen = self.csg.parts[first as usize..].iter().map(|part| part.seen);
@@ -337,38 +442,51 @@ impl<S: Scalar> Pass<S> {
             .zip(seen)
             .filter(|(_, seen)| *seen)
             .fold(0, |bits, (tag, _): (&Tag, _)| bits | tag.class);
+        for (part, tag) in self.csg.parts[first as usize..].iter_mut().zip(&tags) {
+            // Those that throw a shadow are met by all that ask for one.
+            let shadows = class::BLOCKS | class::FILTERS;
+            part.kinds = if tag.class & shadows == 0 { tag.class } else { tag.class | shadows };
+        }
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
         // A disc's bounds hold its surface, but not the half space that is its inside.
         let has_disc = self.csg.parts[first as usize..].iter().any(|part| part.kind == Kind::Disc as u8);
         let reach = if has_disc { Aabb::INFINITE } else { bounds };
-        self.csg.push_composite(first, first_node, root, (bounds, reach));
+        let around = (around, around_bounds, interior);
+        self.csg.push_composite(first, first_node, root, (bounds, reach), around);
         let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
         self.composites.push(Tag { class, ..tag });
         self.part_tags.extend(tags);
     }
 
-    /// Adds `object` to the expressions: the number of its node, and a box around its surfaces.
-    ///
-    /// Turned inside out, a union becomes an intersection of its children turned inside out, and back (De Morgan), as
-    /// in POV-Ray: only parts are ever `inverted`.
-    fn node(&mut self, object: &Object, above: &Handed, inverted: bool, tags: &mut Vec<Tag>) -> (u32, Aabb) {
+    /// Adds `object` to the expressions: the number of its node, and a box around its surfaces. Only parts are ever `inverted`,
+    /// see [`Join::of`].
+    fn node(&mut self, object: &Object, above: &Handed, turned: Turned, tags: &mut Vec<Tag>) -> (u32, Aabb) {
         let handed = self.hand(object, above);
-        let inverted = inverted != object.flags.inverse;
-        let interior = self.interior(&handed);
-        let clipped = !object.clipped_by().is_empty();
+        let whole = self.unclipped(object, &handed, turned, tags);
+        self.clipped(whole, object, above, tags)
+    }
+
+    /// The same without what clips it. `handed` is what it has itself.
+    fn unclipped(
+        &mut self,
+        object: &Object,
+        handed: &Handed,
+        turned: Turned,
+        tags: &mut Vec<Tag>,
+    ) -> (u32, Aabb) {
+        let turned = turned.by(object.flags);
         let (kind, mut bounds) = match &object.shape {
-            Shape::Csg { op, children, .. } => self.joined(*op, children, &handed, inverted, tags),
-            Shape::Mesh(mesh) => self.mesh(mesh, &handed, inverted, tags),
-            shape => match self.primitive(shape, &handed, (inverted, interior), tags) {
+            Shape::Csg { .. } => self.joined(object, handed, turned, tags),
+            Shape::Mesh(mesh) => self.mesh(mesh, handed, turned.inverted, tags),
+            shape => match self.primitive(shape, handed, turned.inverted, tags) {
                 None => (NodeKind::Any(0..0), Aabb::EMPTY),
-                Some(part) if !clipped => return part,
-                Some((part, bounds)) => (NodeKind::All(self.list(&[part])), bounds),
+                Some(part) => return part,
             },
         };
-        let number = self.push_node(kind, interior);
+        let number = self.push_node(kind);
         // What has no inside is nowhere inside, also when turned inside out.
-        if let (Shape::Mesh(mesh), true) = (&object.shape, inverted)
+        if let (Shape::Mesh(mesh), true) = (&object.shape, turned.inverted)
             && mesh.inside_vector.is_some()
         {
             self.csg.nodes[number as usize].inverted = true;
@@ -377,34 +495,49 @@ impl<S: Scalar> Pass<S> {
         if let Shape::Csg { op: CsgOp::Difference, .. } = &object.shape {
             self.csg.nodes[number as usize].cuttable = 1;
         }
-        if clipped { self.clipped((number, bounds), object, above, interior, tags) } else { (number, bounds) }
+        (number, bounds)
     }
 
     /// What children make together.
+    ///
+    /// Of surfaces at one place POV-Ray shows the last that it finds, and whatever cuts or merges takes what it finds in each
+    /// part last first. So ranks are turned round part by part here, and once more for the whole.
     fn joined(
         &mut self,
-        op: CsgOp,
-        children: &[Arc<Object>],
+        object: &Object,
         handed: &Handed,
-        inverted: bool,
+        turned: Turned,
         tags: &mut Vec<Tag>,
     ) -> (NodeKind, Aabb) {
+        let Shape::Csg { op, children, .. } = &object.shape else {
+            return (NodeKind::Any(0..0), Aabb::EMPTY);
+        };
+        let join = Join::of(*op, turned);
+        let within = match join {
+            Join::Any => Within::Union,
+            Join::Merged => Within::Merge,
+            Join::All => Within::Intersection,
+        };
+        let inside = Handed { within, ..handed.clone() };
+        let turns = join != Join::Any || !object.clipped_by().is_empty();
         let mut bounds: Option<Aabb> = None;
         let mut numbers = Vec::with_capacity(children.len());
-        let joins = matches!(op, CsgOp::Union | CsgOp::Merge) != inverted;
         for (k, child) in children.iter().enumerate() {
-            let removed = op == CsgOp::Difference && k > 0;
-            let (number, b) = self.node(child, handed, inverted != removed, tags);
-            bounds = Some(bounds.map_or(b, |a| if joins { a.union(b) } else { a.intersection(b) }));
+            let (first, before) = (tags.len(), self.rank);
+            let turned = turned.over(*op == CsgOp::Difference && k > 0);
+            let (number, b) = self.node(child, &inside, turned, tags);
+            if turns {
+                turn_ranks(&mut tags[first..], before, self.rank);
+            }
+            let together = |a: Aabb| if join == Join::All { a.intersection(b) } else { a.union(b) };
+            bounds = Some(bounds.map_or(b, together));
             numbers.push(number);
         }
         let list = self.list(&numbers);
-        let kind = match (op, inverted) {
-            (CsgOp::Union, false) => NodeKind::Any(list),
-            (CsgOp::Merge, false) | (CsgOp::Intersection | CsgOp::Difference, true) => NodeKind::Merged(list),
-            (CsgOp::Union | CsgOp::Merge, true) | (CsgOp::Intersection | CsgOp::Difference, false) => {
-                NodeKind::All(list)
-            }
+        let kind = match join {
+            Join::Any => NodeKind::Any(list),
+            Join::Merged => NodeKind::Merged(list),
+            Join::All => NodeKind::All(list),
         };
         (kind, bounds.unwrap_or(Aabb::EMPTY))
     }
@@ -437,7 +570,7 @@ impl<S: Scalar> Pass<S> {
         &mut self,
         shape: &Shape,
         handed: &Handed,
-        (inverted, interior): (bool, u32),
+        inverted: bool,
         tags: &mut Vec<Tag>,
     ) -> Option<(u32, Aabb)> {
         let tag = self.tag(handed, false);
@@ -448,10 +581,7 @@ impl<S: Scalar> Pass<S> {
         let inverted = inverted && solid;
         let number = self.part(kind, row, solid);
         tags.push(tag);
-        let node = &mut self.csg.nodes[number as usize];
-        node.inverted = inverted;
-        // POV-Ray asks only objects in whose box the eye is, and a disc's is flat.
-        node.interior = if kind == Kind::Disc { NO_INTERIOR } else { interior };
+        self.csg.nodes[number as usize].inverted = inverted;
         if let Some(part) = self.csg.parts.last_mut() {
             part.inverted = inverted;
         }
@@ -465,14 +595,16 @@ impl<S: Scalar> Pass<S> {
         (node, mut bounds): (u32, Aabb),
         object: &Object,
         above: &Handed,
-        interior: u32,
         tags: &mut Vec<Tag>,
     ) -> (u32, Aabb) {
-        let outside = Handed { separable: false, ..above.clone() };
+        if object.clipped_by().is_empty() {
+            return (node, bounds);
+        }
+        let outside = Handed { within: Within::Intersection, ..above.clone() };
         let mut numbers = vec![node];
         for clip in object.clipped_by() {
             let first = self.csg.parts.len();
-            let (clip, b) = self.node(clip, &outside, false, tags);
+            let (clip, b) = self.node(clip, &outside, Turned::default(), tags);
             for part in &mut self.csg.parts[first..] {
                 part.seen = false;
             }
@@ -480,7 +612,7 @@ impl<S: Scalar> Pass<S> {
             numbers.push(clip);
         }
         let list = self.list(&numbers);
-        let number = self.push_node(NodeKind::All(list), interior);
+        let number = self.push_node(NodeKind::All(list));
         self.csg.nodes[number as usize].cuttable = 1;
         (number, bounds)
     }
@@ -500,14 +632,15 @@ impl<S: Scalar> Pass<S> {
             bounds: if kind == Kind::Disc { Aabb::INFINITE } else { self.parts.bounds(kind, row) },
             closed: !matches!(kind, Kind::Triangle | Kind::SmoothTriangle | Kind::Polygon),
             seen: true,
+            kinds: !0,
             constraints: 0..0,
             composite: self.csg.composites.len() as u32,
         });
-        self.push_node(NodeKind::Part(number), 0)
+        self.push_node(NodeKind::Part(number))
     }
 
-    fn push_node(&mut self, kind: NodeKind, interior: u32) -> u32 {
-        self.csg.nodes.push(CsgNode { kind, inverted: false, cuttable: usize::MAX, interior });
+    fn push_node(&mut self, kind: NodeKind) -> u32 {
+        self.csg.nodes.push(CsgNode { kind, inverted: false, cuttable: usize::MAX });
         self.csg.nodes.len() as u32 - 1
     }
 

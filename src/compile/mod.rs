@@ -18,6 +18,7 @@ use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
 use glam::DVec3;
+use std::ops::Range;
 
 /// The number of a surface: a plain primitive (its kind's base plus its row), or a part of a composite
 /// ([`Compiled::first_part`] plus its number).
@@ -53,6 +54,10 @@ pub struct Compiled<S: Scalar, B: Scalar> {
     pub owner: Vec<u32>,
     /// By surface number: place in the order of declaration, for ties.
     pub rank: Vec<u32>,
+    /// Unions that are one object though their parts stand by themselves, in order of declaration.
+    pub bodies: Vec<Body>,
+    /// Meshes that have an inside and are no parts of composites.
+    pub mesh_bodies: Vec<MeshBody>,
     /// What belongs to whom.
     pub owners: Vec<Owner>,
     /// Colours.
@@ -124,6 +129,26 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
     }
 }
 
+/// A union that is one object to an eye in it.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Of its parts' surfaces.
+    pub ranks: Range<u32>,
+    /// What the eye is in.
+    pub interior: u32,
+}
+
+/// A mesh that is one solid to an eye in it.
+#[derive(Debug, Clone)]
+pub struct MeshBody {
+    /// Of its triangles.
+    pub ranks: Range<u32>,
+    /// What the eye is in.
+    pub interior: u32,
+    /// Inside and outside have changed places.
+    pub inverse: bool,
+}
+
 /// Everything [`Compiled`] needs from the pass over the scene's tree.
 struct Flat<S: Scalar> {
     columns: Columns<S>,
@@ -135,6 +160,8 @@ struct Flat<S: Scalar> {
     composites: Vec<Tag>,
     /// By part.
     part_tags: Vec<Tag>,
+    bodies: Vec<Body>,
+    mesh_bodies: Vec<MeshBody>,
     owners: Vec<Owner>,
     textures: TextureTable,
     interiors: Vec<Interior>,

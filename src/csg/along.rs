@@ -2,7 +2,7 @@
 
 use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, bit_of, max_abs};
 use super::scratch::{PartRoots, Scratch};
-use super::{Composite, Constraint, CsgTree, NO_INTERIOR, NodeKind};
+use super::{Composite, Constraint, CsgTree, NodeKind};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, f32x8, f64x8};
 use std::ops::Range;
@@ -218,27 +218,10 @@ impl<'a, P: PartRoots> Along<'a, P> {
         })
     }
 
-    pub(super) fn collect_interiors(
-        &mut self,
-        number: u32,
-        start: &Place,
-        lanes: u8,
-        found: &mut Vec<(u32, u8)>,
-    ) {
-        let sides = self.node(number, start);
-        let lanes = lanes & (sides.before | sides.after);
-        let tree = self.tree;
-        let node = &tree.nodes[number as usize];
-        match &node.kind {
-            _ if lanes == 0 => {}
-            NodeKind::Any(list) | NodeKind::Merged(list) => {
-                for &child in tree.list(list) {
-                    self.collect_interiors(child, start, lanes, found);
-                }
-            }
-            _ if node.interior == NO_INTERIOR => {}
-            _ => found.push((node.interior, lanes)),
-        }
+    /// Lanes whose place is in a node or on it.
+    pub(super) fn is_within(&mut self, node: u32, at: &Place) -> u8 {
+        let sides = self.node(node, at);
+        sides.before | sides.after
     }
 
     pub(super) fn collect_parts(&mut self, node: u32, lanes: u8, at: &Place, found: &mut Vec<(u32, u8)>) {

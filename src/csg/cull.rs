@@ -1,6 +1,6 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
-use super::{Composite, CsgNode, CsgTree, NodeKind};
+use super::{Composite, CsgNode, CsgTree, NodeKind, Surroundings};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
 use std::ops::Range;
@@ -224,11 +224,11 @@ pub(super) struct PartCrossings {
     pub(super) from_inside: u8,
 }
 
-impl Composite {
+impl Surroundings {
     /// True if none of eight places is within its bounds, widened as for rays.
-    pub(super) fn is_away_from(&self, places: Vec3<f64x8>) -> bool {
+    pub(super) fn are_away_from(&self, places: Vec3<f64x8>) -> bool {
         let slack = max_abs(places) * f64x8::lit(BOUNDS_SLACK);
-        let [low, high] = self.asked_within.unwrap_or(self.box_around);
+        let [low, high] = self.within;
         let mut within = Mask::all_set();
         for (axis, x) in [places.x, places.y, places.z].into_iter().enumerate() {
             within &=
@@ -331,6 +331,7 @@ impl CsgTree {
         first_node: u32,
         root: u32,
         (bounds, reach): (Aabb, Aabb),
+        (around, around_bounds, interior): (u32, Aabb, u32),
     ) {
         let parts = first_part..self.parts.len() as u32;
         let nodes = first_node..self.nodes.len() as u32;
@@ -373,6 +374,7 @@ impl CsgTree {
             asked_within,
             closed,
             root,
+            surroundings: Surroundings { node: around, within: outward(around_bounds), interior },
             plan: None,
         });
     }

@@ -25,6 +25,6 @@ pub use best::Best;
 pub use bracket::Body;
 pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
-pub use node::{Composite, Constraint, CsgNode, CsgTree, NO_INTERIOR, NodeKind, Part};
+pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
 pub use plan::{Clause, Plan, Rule};
 pub use scratch::{PartRoots, Scratch};

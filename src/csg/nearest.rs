@@ -12,13 +12,13 @@ use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
     /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once. `stretch` is
-    /// that of the rays `all`, once one has asked.
+    /// that of the rays `all`, once one has asked; the rays are of `kinds`.
     #[inline(always)]
     pub fn nearest(
         &self,
         composite: &Composite,
         (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8),
-        (lanes, t_min, any): (u8, f64x8, bool),
+        (lanes, t_min, any, kinds): (u8, f64x8, bool, u8),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
@@ -39,7 +39,7 @@ impl CsgTree {
         }
         let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
         decided.changed
-            | self.walk(composite, (rays, stretch), (decided.doubt, t_min, any), source, scratch, best)
+            | self.walk(composite, (rays, stretch), (decided.doubt, t_min, any, kinds), source, scratch, best)
     }
 
     /// The same by all crossings in double precision.
@@ -48,7 +48,7 @@ impl CsgTree {
         &self,
         composite: &Composite,
         (rays, stretch): (&Rays<f64x8>, &Stretch),
-        (lanes, t_min, any): (u8, f64x8, bool),
+        (lanes, t_min, any, kinds): (u8, f64x8, bool, u8),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
@@ -80,7 +80,8 @@ impl CsgTree {
             if any {
                 live &= !changed;
             }
-            if live == 0 || !self.parts[number as usize].seen {
+            let part = &self.parts[number as usize];
+            if live == 0 || !part.seen || part.kinds & kinds == 0 {
                 continue;
             }
             let PartCrossings { first, surface_end, .. } = along.crossed(place);
@@ -119,25 +120,26 @@ impl CsgTree {
         changed
     }
 
-    /// Adds to `found` the interiors that the rays start in, with a bit for each lane: of a union or merge those of its
-    /// children, of any other composite its own.
-    pub fn interiors_at_start(
+    /// Lanes whose rays start in the composite, as [`super::Surroundings`] have it.
+    pub fn surrounds(
         &self,
         composite: &Composite,
         rays: &Rays<f64x8>,
         source: &impl PartRoots,
         scratch: &mut Scratch,
-        found: &mut Vec<(u32, u8)>,
-    ) {
-        if composite.is_away_from(rays.origin) {
-            return;
+    ) -> u8 {
+        let surroundings = &composite.surroundings;
+        if surroundings.are_away_from(rays.origin) {
+            return 0;
         }
         let line = Stretch::new(rays, !0);
         let mut along = self.along(composite, rays, source, scratch);
-        if along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0) {
-            let start = along.place(f64x8::zero(), !0);
-            along.collect_interiors(composite.root, &start, !0, found);
+        let met = along.cull(&line, &Span::up_to(f64x8::lit(f64::INFINITY)), !0);
+        if !met && surroundings.node == composite.root {
+            return 0;
         }
+        let start = along.place(f64x8::zero(), !0);
+        along.is_within(surroundings.node, &start)
     }
 
     /// Adds to `found` the parts that the places at `t` (known to a share of `t_error`) along the rays lie in or on, with a bit

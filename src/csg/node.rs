@@ -59,8 +59,21 @@ pub struct Composite {
     pub closed: bool,
     /// The expression for the inside of the whole.
     pub root: u32,
+    /// What an eye is in.
+    pub surroundings: Surroundings,
     /// How it is decided in single precision, if it can be.
     pub plan: Option<Plan>,
+}
+
+/// What an eye is in that is in a composite.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings {
+    /// Of these: all of the composite, or what there is of it before something clips it.
+    pub node: u32,
+    /// Holds that: lowest and highest corner, rounded outward.
+    pub within: [[f32; 3]; 2],
+    /// The composite's own.
+    pub interior: u32,
 }
 
 /// A primitive that is part of a composite.
@@ -87,14 +100,13 @@ pub struct Part {
     pub closed: bool,
     /// Its crossings can be seen; false for what only clips.
     pub seen: bool,
+    /// A bit for each kind of rays that sees them, if they see the composite.
+    pub kinds: u8,
     /// A stretch of [`CsgTree::constraints`].
     pub constraints: Range<u32>,
     /// Its composite's number.
     pub composite: u32,
 }
-
-/// No eye is in it: see [`CsgNode::interior`].
-pub const NO_INTERIOR: u32 = u32::MAX;
 
 /// The inside of a part or of several.
 #[derive(Debug, Clone)]
@@ -103,8 +115,6 @@ pub struct CsgNode {
     pub kind: NodeKind,
     /// Inside and outside change places.
     pub inverted: bool,
-    /// What light meets in it, or [`NO_INTERIOR`]; of parts, what their parent says.
-    pub interior: u32,
     /// Of its children, the first so many lend their looks to cut faces: of a difference only what is cut.
     pub cuttable: usize,
 }

@@ -106,6 +106,11 @@ impl CsgTree {
         if count > MOST_PARTS || !around.is_finite() {
             return None;
         }
+        // Rare, and so left to the walk: parts of a merge that not all rays see.
+        let mut seen = self.parts[first as usize..][..count].iter().filter(|part| part.seen);
+        if seen.next().is_some_and(|part| seen.any(|other| other.kinds != part.kinds)) {
+            return None;
+        }
         let (middle, size) = (around.center(), (high - low).length() * 0.5 * (1.0 + BALL_ROOM));
         let farthest = size * FARTHEST;
         if !(SIZES.contains(&size) && middle.abs().max_element() <= farthest) {

@@ -250,6 +250,7 @@ impl Machine<'_> {
             K::Inverse => {
                 self.next()?;
                 object.flags.inverse = !object.flags.inverse;
+                object.flags.turned = true;
                 if value.facts.patch {
                     let message = "`inverse` of what has no inside changes nothing";
                     self.warn("inverse of a patch", message, self.span(at));
@@ -270,8 +271,12 @@ impl Machine<'_> {
                 }
                 self.next()?;
             }
+            K::SplitUnion => {
+                self.next()?;
+                object.more_mut().unsplit = !self.switch_value()?;
+            }
             // Hints that change no picture of ours.
-            K::Sturm | K::Hierarchy | K::NoRadiosity | K::SplitUnion | K::NoBumpScale | K::GlobalLights => {
+            K::Sturm | K::Hierarchy | K::NoRadiosity | K::NoBumpScale | K::GlobalLights => {
                 self.next()?;
                 self.switch_value()?;
             }

@@ -53,11 +53,9 @@ impl Media {
         }
     }
 
-    /// Adds it if it is not there.
-    pub fn enter_once(&mut self, id: InteriorId) {
-        if !self.contains(id) {
-            self.0.push(id);
-        }
+    /// Adds it, be it there or not.
+    pub fn enter(&mut self, id: InteriorId) {
+        self.0.push(id);
     }
 
     /// Behind a surface of `id`. Whether it is entered or left is told by the list alone.
@@ -67,9 +65,9 @@ impl Media {
         let eta = if self.last() == Some(id) {
             media.0.pop();
             ior(Some(id)) / ior(media.last())
-        } else if self.contains(id) {
+        } else if let Some(place) = self.0.iter().position(|&known| known == id) {
             // Leaving one of two that overlap: the other, entered later, goes on bending.
-            media.0.retain(|known| *known != id);
+            media.0.remove(place);
             1.0
         } else {
             media.0.push(id);
@@ -152,10 +150,21 @@ mod tests {
     fn fresnel_asks_for_the_far_side_over_the_near_side() {
         let mut media = Media::default();
         assert_eq!(media.relative_ior(GLASS, &interiors()), 1.5);
-        media.enter_once(GLASS);
+        media.enter(GLASS);
         assert_eq!(media.relative_ior(GLASS, &interiors()), 1.0 / 1.5);
-        media.enter_once(WATER);
+        media.enter(WATER);
         assert_eq!(media.relative_ior(GLASS, &interiors()), 1.33 / 1.5);
+    }
+
+    #[test]
+    fn two_parts_of_one_interior_are_left_one_by_one() {
+        let mut media = Media::default();
+        media.enter(GLASS);
+        media.enter(GLASS);
+        let first = media.pass(GLASS, &interiors());
+        assert_eq!((first.eta, first.media.last()), (1.0, Some(GLASS)));
+        let second = first.media.pass(GLASS, &interiors());
+        assert_eq!((second.eta, second.media.last()), (1.5, None));
     }
 
     #[test]

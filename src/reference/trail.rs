@@ -92,27 +92,31 @@ impl Trail<'_> {
 impl Node {
     /// The passage of `ray`'s whole line through this object.
     pub fn trail<'w>(&'w self, ray: &Ray) -> Trail<'w> {
-        let trail = match &self.kind {
-            NodeKind::Leaf(leaf) => leaf.trail(ray),
-            NodeKind::Group { join, children, .. } => {
-                let mut parts = Parts::new(*join);
-                for child in children {
-                    parts.add(child.trail(ray));
-                }
-                parts.combine()
-            }
-        };
         if self.clips.is_empty() {
-            return trail;
+            return self.unclipped(ray);
         }
-        let mut parts = Parts::new(Join::Intersection);
-        parts.add(trail);
+        let mut parts = Parts::new(Join::Intersection, false);
+        parts.add(self.unclipped(ray));
         for clip in &self.clips {
             let mut clip = clip.trail(ray);
             clip.crossings.iter_mut().for_each(|crossing| crossing.face = None);
             parts.add(clip);
         }
         parts.combine()
+    }
+
+    /// The same as if nothing clipped it.
+    pub fn unclipped<'w>(&'w self, ray: &Ray) -> Trail<'w> {
+        match &self.kind {
+            NodeKind::Leaf(leaf) => leaf.trail(ray),
+            NodeKind::Group { join, children, last_shows, .. } => {
+                let mut parts = Parts::new(*join, *last_shows);
+                for child in children {
+                    parts.add(child.trail(ray));
+                }
+                parts.combine()
+            }
+        }
     }
 }
 
@@ -159,12 +163,14 @@ impl Leaf {
 /// The trails of an object's children.
 struct Parts<'w> {
     state: Children,
+    /// Of faces at one place.
+    last_shows: bool,
     cursors: Vec<Cursor<'w>>,
 }
 
 impl<'w> Parts<'w> {
-    fn new(join: Join) -> Self {
-        Self { state: Children { join, inside: 0, all: 0 }, cursors: Vec::new() }
+    fn new(join: Join, last_shows: bool) -> Self {
+        Self { state: Children { join, inside: 0, all: 0 }, last_shows, cursors: Vec::new() }
     }
 
     fn add(&mut self, trail: Trail<'w>) {
@@ -182,7 +188,7 @@ impl<'w> Parts<'w> {
     /// Crossings that tie are taken together, at most one from each child, and only the states before and after all of them
     /// count.
     fn combine(self) -> Trail<'w> {
-        let Self { mut state, mut cursors } = self;
+        let Self { mut state, last_shows, mut cursors } = self;
         let starts_inside = state.is_inside();
         let mut crossings = smallvec![];
         while let Some((t, slack)) = next(&mut cursors) {
@@ -202,9 +208,10 @@ impl<'w> Parts<'w> {
             for (was_inside, crossing) in &tied {
                 state.inside = state.inside + usize::from(crossing.inside_after) - usize::from(*was_inside);
             }
-            let seen = tied.iter().find(|(was_inside, crossing)| {
+            let shows = |(was_inside, crossing): &&(bool, Crossing)| {
                 crossing.face.is_some() && counts(&before, &state, *was_inside, crossing.inside_after)
-            });
+            };
+            let seen = if last_shows { tied.iter().rfind(shows) } else { tied.iter().find(shows) };
             let left = tied.iter().any(|(_, crossing)| crossing.left);
             let t = if left { 0.0 } else { seen.map_or(t, |(_, crossing)| crossing.t) };
             let face = seen.and_then(|(_, crossing)| crossing.face);

@@ -32,6 +32,10 @@ pub struct Node {
     pub clips: Vec<Node>,
     /// What is in it, unless its children say otherwise.
     pub interior: InteriorId,
+    /// It is a union that is no more than its parts.
+    split: bool,
+    /// What clips it does not keep an eye out of it.
+    open_to_eyes: bool,
 }
 
 /// A shape or several.
@@ -47,6 +51,8 @@ pub enum NodeKind {
         children: Vec<Node>,
         /// A face cut into it can show the textures of this many of its children: all, or the first of a difference.
         cuttable: usize,
+        /// Of faces of several children at one place the last one's is seen, else the first one's.
+        last_shows: bool,
     },
 }
 
@@ -224,7 +230,7 @@ pub fn alone(object: &Arc<Object>) -> Node {
 }
 
 impl Node {
-    /// Its parts, if it is no more than they are.
+    /// Its parts, if its surfaces are just theirs.
     pub fn parts_of_union(&self) -> Option<&[Node]> {
         match &self.kind {
             NodeKind::Group { join: Join::Union, children, .. } if self.clips.is_empty() => Some(children),
@@ -232,9 +238,14 @@ impl Node {
         }
     }
 
+    /// Its parts, if it is no more than they are.
+    fn split_parts(&self) -> Option<&[Node]> {
+        self.parts_of_union().filter(|_| self.split)
+    }
+
     /// The parts of a union, of unions in it too, each of which is as good as an object of its own; or the node itself.
     fn separate(&self) -> SmallVec<[&Self; 1]> {
-        match self.parts_of_union() {
+        match self.split_parts() {
             Some(parts) => parts.iter().flat_map(Self::separate).collect(),
             None => smallvec![self],
         }
@@ -256,20 +267,27 @@ impl Node {
     }
 
     fn add_media(&self, ray: &Ray, media: &mut Media) {
-        // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
-        let has_inside = match &self.kind {
-            NodeKind::Leaf(leaf) => leaf.solid && !matches!(leaf.shape(), Shape::Disc { .. }),
-            NodeKind::Group { .. } => true,
-        };
-        if !has_inside || !self.trail(ray).is_inside_at_start() {
-            return;
+        if let Some(parts) = self.split_parts() {
+            return parts.iter().for_each(|part| part.add_media(ray, media));
         }
+        if self.surrounds(ray, self.open_to_eyes) {
+            // Whatever its parts are made of (measured in POV-Ray 3.7).
+            media.enter(self.interior);
+        }
+    }
+
+    /// True if an eye where the ray starts is in it, be it clipped away there or not if it is `open`.
+    fn surrounds(&self, ray: &Ray, open: bool) -> bool {
         match &self.kind {
-            // Parts may have interiors of their own: those in which the ray starts count.
-            NodeKind::Group { join: Join::Union | Join::Merge, children, .. } => {
-                children.iter().for_each(|child| child.add_media(ray, media));
+            // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
+            NodeKind::Leaf(leaf) if !leaf.solid || matches!(leaf.shape(), Shape::Disc { .. }) => false,
+            NodeKind::Group { join: Join::Union | Join::Merge, children, .. }
+                if self.clips.is_empty() || open =>
+            {
+                children.iter().any(|child| child.surrounds(ray, false))
             }
-            _ => media.enter_once(self.interior),
+            _ if open => self.unclipped(ray).is_inside_at_start(),
+            _ => self.trail(ray).is_inside_at_start(),
         }
     }
 }
@@ -300,10 +318,28 @@ struct Inherited {
     to_world: Transform,
     look: Look,
     inverted: bool,
+    /// It or an ancestor was, be it back again.
+    turned: bool,
     /// Interiors from here on are known to nobody else.
     own_interiors: bool,
-    /// The parent is a plain union, whose parts are as good as objects of their own.
-    separable: bool,
+    /// What the parent is to its children.
+    within: Within,
+    /// POV-Ray keeps the last of what it finds at one place, and all that intersects or merges takes what it finds in a part
+    /// last first: false below an odd number of those.
+    last_shows: bool,
+}
+
+/// What a part stands in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Within {
+    /// The scene, or unions that are no more than their parts.
+    Scene,
+    /// A union that is one object.
+    Union,
+    /// A merge.
+    Merge,
+    /// Whatever cuts.
+    Intersection,
 }
 
 impl Builder {
@@ -320,8 +356,10 @@ impl Builder {
                 to_world: Transform::IDENTITY,
                 look,
                 inverted: false,
+                turned: false,
                 own_interiors: false,
-                separable: true,
+                within: Within::Scene,
+                last_shows: true,
             },
         )
     }
@@ -338,33 +376,51 @@ impl Builder {
                 .interior
                 .as_ref()
                 .map_or(parent.look.interior, |interior| self.interior(interior, parent.own_interiors)),
-            flags: inherit(parent.look.flags, object.flags, parent.separable),
+            flags: inherit(parent.look.flags, object.flags, parent.within),
         };
         let inverted = parent.inverted != object.flags.inverse;
+        let turned = parent.turned || object.flags.inverse || object.flags.turned;
+        let split = parent.within == Within::Scene && object.is_split();
+        let clipped = !object.clipped_by().is_empty();
         let to_world = object.transform.then(&parent.to_world);
         let kind = match &object.shape {
             Shape::Csg { op, children, .. } => {
-                let (join, first_inverted, others_inverted) = join(*op, inverted);
-                let separable = parent.separable
-                    && *op == CsgOp::Union
-                    && object.clipped_by().is_empty()
-                    && !object.flags.inverse;
+                let (join, first_inverted, others_inverted) = join(*op, inverted, turned);
+                let within = match join {
+                    _ if split => Within::Scene,
+                    Join::Union => Within::Union,
+                    Join::Merge => Within::Merge,
+                    Join::Intersection => Within::Intersection,
+                };
+                let reverses = join != Join::Union || clipped;
                 let own_interiors = parent.own_interiors || object.own_interiors;
                 let mut child = |(i, child): (usize, &Arc<Object>)| {
                     let inverted = if i == 0 { first_inverted } else { others_inverted };
-                    let look = look.clone();
-                    self.node(child, &Inherited { to_world, look, inverted, own_interiors, separable })
+                    let inherited = Inherited {
+                        to_world,
+                        look: look.clone(),
+                        inverted,
+                        turned: turned || (*op == CsgOp::Difference && i > 0),
+                        own_interiors,
+                        within,
+                        last_shows: parent.last_shows != reverses,
+                    };
+                    self.node(child, &inherited)
                 };
                 let children: Vec<_> = children.iter().enumerate().map(&mut child).collect();
                 let cuttable = if *op == CsgOp::Difference { 1 } else { children.len() };
-                NodeKind::Group { join, children, cuttable }
+                NodeKind::Group { join, children, cuttable, last_shows: parent.last_shows }
             }
             _ => NodeKind::Leaf(self.leaf(object, to_world, inverted, look.clone())),
         };
         // Clips stand in the parent's space and are not turned inside out with the object.
-        let outside = Inherited { inverted: false, separable: false, ..parent.clone() };
+        let outside =
+            Inherited { inverted: false, turned: false, within: Within::Intersection, ..parent.clone() };
         let clips = object.clipped_by().iter().map(|clip| self.node(clip, &outside)).collect();
-        Node { kind, clips, interior: look.interior }
+        // POV-Ray asks of an eye's surroundings only what is in the object's own box, which what clips it makes smaller
+        // if the object has no end, and then only the object itself (measured).
+        let open_to_eyes = clipped && !object.is_endless();
+        Node { kind, clips, interior: look.interior, split, open_to_eyes }
     }
 
     fn leaf(&mut self, object: &Arc<Object>, to_world: Transform, inverted: bool, look: Look) -> Leaf {
@@ -405,9 +461,10 @@ impl Builder {
 /// How a composite joins its children, and whether its first and its other children are inside out.
 ///
 /// Turned inside out, a union becomes an intersection of its children turned inside out and back (De Morgan), so that
-/// its inner surfaces are gone; this is POV-Ray's rule too.
-fn join(op: CsgOp, inverted: bool) -> (Join, bool, bool) {
+/// its inner surfaces are gone; this is POV-Ray's rule too. They stay gone where it is `turned` back again.
+fn join(op: CsgOp, inverted: bool, turned: bool) -> (Join, bool, bool) {
     match (op, inverted) {
+        (CsgOp::Union, false) if turned => (Join::Merge, false, false),
         (CsgOp::Union, false) => (Join::Union, false, false),
         (CsgOp::Merge, false) => (Join::Merge, false, false),
         (CsgOp::Union | CsgOp::Merge, true) => (Join::Intersection, true, true),
@@ -420,15 +477,19 @@ fn join(op: CsgOp, inverted: bool) -> (Join, bool, bool) {
 
 /// A child's switches: its own and its ancestors'.
 ///
-/// What hides an object from rays (`no_image` and its like) is asked of whole objects: parts of a plain union count as such,
-/// parts of any other composite do not (measured in POV-Ray 3.7).
-fn inherit(parent: Flags, own: Flags, separable: bool) -> Flags {
+/// What hides an object from rays is asked of whole objects, some of it also of parts of merges and unions (measured in
+/// POV-Ray 3.7).
+fn inherit(parent: Flags, own: Flags, within: Within) -> Flags {
+    let shadows = within == Within::Scene;
+    let images = matches!(within, Within::Scene | Within::Merge);
+    let reflections = within != Within::Intersection;
     Flags {
-        no_shadow: parent.no_shadow || (separable && own.no_shadow),
-        no_image: parent.no_image || (separable && own.no_image),
-        no_reflection: parent.no_reflection || (separable && own.no_reflection),
+        no_shadow: parent.no_shadow || (shadows && own.no_shadow),
+        no_image: parent.no_image || (images && own.no_image),
+        no_reflection: parent.no_reflection || (reflections && own.no_reflection),
         hollow: parent.hollow || own.hollow,
         inverse: false,
+        turned: false,
         double_illuminate: parent.double_illuminate || own.double_illuminate,
     }
 }

@@ -42,8 +42,11 @@ pub struct More {
     pub interior_texture: Option<Arc<Texture>>,
     /// Only what is inside all of these is there.
     pub clipped_by: Vec<Arc<Object>>,
-    /// The user's word for how far it reaches. A hint for infinite shapes; never changes the picture.
+    /// The user's word for how far it reaches. A hint for infinite shapes, but it holds a union together: see
+    /// [`Object::is_split`].
     pub bounded_by: Vec<Arc<Object>>,
+    /// It is a union that shall not be split (`split_union off`).
+    pub unsplit: bool,
     /// What is said of photons; not rendered.
     pub photons: Option<PhotonUse>,
     /// The box that a script is told of a composite, a mesh or a quadric, in the parent's space: each move puts a new one
@@ -162,6 +165,9 @@ pub struct Flags {
     pub hollow: bool,
     /// Inside and outside change places.
     pub inverse: bool,
+    /// They have changed places, be it back again: of a union this leaves a merge, as POV-Ray makes an intersection of it and
+    /// a merge of that.
+    pub turned: bool,
     /// Lit from both sides.
     pub double_illuminate: bool,
 }
@@ -220,6 +226,36 @@ impl Object {
     /// The user's word for how far it reaches.
     pub fn bounded_by(&self) -> &[Arc<Object>] {
         self.more.as_ref().map_or(&[], |more| &more.bounded_by)
+    }
+
+    /// True of a union that is no more than its parts, each of which is as good as an object of its own. POV-Ray makes one
+    /// object of a union that is bounded, clipped or turned, or has `split_union off`.
+    pub fn is_split(&self) -> bool {
+        matches!(self.shape, Shape::Csg { op: CsgOp::Union, .. })
+            && !self.flags.inverse
+            && !self.flags.turned
+            && self
+                .more
+                .as_ref()
+                .is_none_or(|more| more.clipped_by.is_empty() && more.bounded_by.is_empty() && !more.unsplit)
+    }
+
+    /// True if its shape, without what clips it, may reach without end.
+    pub fn is_endless(&self) -> bool {
+        self.flags.inverse
+            || match &self.shape {
+                Shape::Plane { .. } | Shape::Polynomial(_) => true,
+                Shape::Csg { op: CsgOp::Union | CsgOp::Merge, children, .. } => {
+                    children.iter().any(|child| child.is_endless())
+                }
+                Shape::Csg { op: CsgOp::Intersection, children, .. } => {
+                    children.iter().all(|child| child.is_endless())
+                }
+                Shape::Csg { op: CsgOp::Difference, children, .. } => {
+                    children.first().is_some_and(|child| child.is_endless())
+                }
+                _ => false,
+            }
     }
 
     /// What few objects have, to be written to.

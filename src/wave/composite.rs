@@ -7,19 +7,19 @@ use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
-/// Tests a run of composites.
+/// Tests a run of composites for rays that care for the classes of `filter`.
 #[inline(always)]
 pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Compiled<S, B>,
     run: &Run,
     query: &mut Query<S::Lane>,
-    lanes: u8,
+    (lanes, filter): (u8, u8),
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
     let mut changed = 0;
     for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
         let waiting = if ANY { lanes & !changed } else { lanes };
-        changed |= one::<S, B, ANY>(scene, composite, query, waiting, (scratch, stretch));
+        changed |= one::<S, B, ANY>(scene, composite, query, (waiting, filter), (scratch, stretch));
         if ANY && changed == lanes {
             break;
         }
@@ -34,7 +34,7 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Compiled<S, B>,
     composite: &Composite,
     query: &mut Query<S::Lane>,
-    lanes: u8,
+    (lanes, filter): (u8, u8),
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
     // Constructive geometry is done in double precision in every mode.
@@ -50,7 +50,7 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     let parts = &composite.parts;
     let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
     let source = Parts { scene, left: &query.left, part: &query.part, starts };
-    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, t_min, ANY));
+    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, t_min, ANY, filter));
     let changed = scene.csg.nearest(composite, rays, looking, &source, scratch, &mut best);
     if changed != 0 {
         query.surface = best.surface;

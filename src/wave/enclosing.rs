@@ -2,7 +2,7 @@
 
 use super::composite::Parts;
 use super::medium::Media;
-use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, WithBlock};
+use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Aabb, Block, Rays};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
@@ -14,12 +14,34 @@ use smallvec::SmallVec;
 #[derive(Debug, Default)]
 pub struct EnclosingBuffers {
     scratch: Scratch,
-    found: Vec<(u32, u8)>,
 }
 
-/// Solids that the eye may be in, in order of declaration: kind, row and interior.
+/// Solids that the eye may be in, in order of declaration.
 #[derive(Debug, Default)]
-pub struct Enclosing(Vec<(u8, u32, u32)>);
+pub struct Enclosing {
+    solids: Vec<Enclosure>,
+    meshes: Vec<MeshAround>,
+}
+
+/// A mesh that the eye may be in.
+#[derive(Debug)]
+struct MeshAround {
+    triangles: Vec<SurfaceId>,
+    inverse: bool,
+}
+
+/// Kind number of meshes among enclosures: `row` counts them.
+const MESH: u8 = COMPOSITE + 1;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Enclosure {
+    rank: u32,
+    kind: u8,
+    row: u32,
+    interior: u32,
+    /// Of [`Compiled::bodies`], the one whose part it is.
+    body: Option<u32>,
+}
 
 impl Enclosing {
     /// The solids of `scene` that the eye may be in: none where no interior matters.
@@ -29,15 +51,21 @@ impl Enclosing {
             return Self::default();
         }
         let eyes = eyes(&scene.camera, scene.origin);
-        let interior = |surface: u32| scene.owners[scene.owner[surface as usize] as usize].interior;
+        let enclosure = |surface: u32, kind: u8, row: u32, interior: u32| {
+            let rank = scene.rank[surface as usize];
+            let body = scene.bodies.partition_point(|body| body.ranks.end <= rank);
+            let body = scene.bodies.get(body).filter(|body| body.ranks.contains(&rank)).map(|_| body as u32);
+            let interior = body.map_or(interior, |body| scene.bodies[body as usize].interior);
+            Enclosure { rank, kind, row, interior, body }
+        };
         // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
         let flat = [Kind::Disc, Kind::Triangle, Kind::SmoothTriangle, Kind::Polygon];
         for &kind in Kind::ALL.iter().filter(|kind| !flat.contains(kind)) {
             for row in 0..scene.columns.len(kind) as u32 {
                 let surface = scene.base[kind as usize] + row;
-                let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
-                if inverse || scene.columns.bounds(kind, row as usize).meets(&eyes) {
-                    solids.push((scene.rank[surface as usize], kind as u8, row, interior(surface)));
+                let owner = &scene.owners[scene.owner[surface as usize] as usize];
+                if owner.inverse || scene.columns.bounds(kind, row as usize).meets(&eyes) {
+                    solids.push(enclosure(surface, kind as u8, row, owner.interior));
                 }
             }
         }
@@ -46,10 +74,29 @@ impl Enclosing {
                 continue;
             }
             let surface = scene.first_part + composite.parts.start;
-            solids.push((scene.rank[surface as usize], COMPOSITE, number as u32, interior(surface)));
+            solids.push(enclosure(surface, COMPOSITE, number as u32, composite.surroundings.interior));
+        }
+        let mut meshes = Vec::new();
+        for mesh in &scene.mesh_bodies {
+            let (mut triangles, mut bounds) = (Vec::new(), Aabb::EMPTY);
+            for kind in [Kind::Triangle, Kind::SmoothTriangle] {
+                for row in 0..scene.columns.len(kind) {
+                    let surface = scene.base[kind as usize] + row as u32;
+                    if mesh.ranks.contains(&scene.rank[surface as usize]) {
+                        triangles.push(surface);
+                        bounds = bounds.union(scene.columns.bounds(kind, row));
+                    }
+                }
+            }
+            if let Some(&first) = triangles.first()
+                && (mesh.inverse || bounds.meets(&eyes))
+            {
+                solids.push(enclosure(first, MESH, meshes.len() as u32, mesh.interior));
+                meshes.push(MeshAround { triangles, inverse: mesh.inverse });
+            }
         }
         solids.sort_unstable();
-        Self(solids.into_iter().map(|(_, kind, row, interior)| (kind, row, interior)).collect())
+        Self { solids, meshes }
     }
 
     /// The lists of interiors around eight points (compiled space).
@@ -58,40 +105,63 @@ impl Enclosing {
         scene: &Compiled<S, B>,
         points: Vec3<f64x8>,
         media: &mut Media,
-        EnclosingBuffers { scratch, found }: &mut EnclosingBuffers,
+        EnclosingBuffers { scratch }: &mut EnclosingBuffers,
     ) -> [u32; LANES] {
-        if self.0.is_empty() {
+        if self.solids.is_empty() {
             return [0; LANES];
         }
         let mut lists: [SmallVec<[u32; 4]>; LANES] = Default::default();
         // Any direction will do; one along no axis and in no plane of a usual scene meets the fewest special cases.
         let dir = Vec3::splat(DVec3::new(0.36, 0.48, 0.8));
         let rays = Rays { origin: points, dir };
-        for &(kind, row, interior) in &self.0 {
-            found.clear();
-            if kind == COMPOSITE {
-                let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
-                let composite = &scene.csg.composites[row as usize];
-                scene.csg.interiors_at_start(composite, &rays, &source, scratch, found);
-            } else {
-                let rays = Rays { origin: points.cast(), dir: dir.cast() };
-                let surface = scene.base[usize::from(kind)] + row;
-                let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
-                let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
-                found.push((interior, if inverse { !inside } else { inside }));
-            }
-            for &(interior, inside) in &*found {
-                for (k, list) in lists.iter_mut().enumerate() {
-                    // Parts of a union share one interior: it is entered once. The air of opaque solids, number 0 of them
-                    // all, is never left: only its place among the others counts.
-                    let new = if interior == 0 { list.last() != Some(&0) } else { !list.contains(&interior) };
-                    if inside >> k & 1 == 1 && new {
-                        list.push(interior);
-                    }
+        for solids in self.solids.chunk_by(|a, b| a.body.is_some() && a.body == b.body) {
+            let within = |solid: &Enclosure| match solid.kind {
+                MESH => self.meshes[solid.row as usize].contains(scene, &rays),
+                _ => solid.contains(scene, &rays, scratch),
+            };
+            let inside = solids.iter().map(within).fold(0, |inside, these| inside | these);
+            let interior = solids[0].interior;
+            for (k, list) in lists.iter_mut().enumerate() {
+                // The air of opaque solids, number 0 of them all, is never left: only its place among the others counts.
+                let counts = interior != 0 || list.last() != Some(&0);
+                if inside >> k & 1 == 1 && counts {
+                    list.push(interior);
                 }
             }
         }
         lists.map(|list| media.number(list))
+    }
+}
+
+impl Enclosure {
+    /// Lanes whose rays start in it.
+    fn contains<S: Scalar, B: Scalar>(
+        &self,
+        scene: &Compiled<S, B>,
+        rays: &Rays<f64x8>,
+        scratch: &mut Scratch,
+    ) -> u8 {
+        let &Self { kind, row, .. } = self;
+        if kind == COMPOSITE {
+            let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
+            return scene.csg.surrounds(&scene.csg.composites[row as usize], rays, &source, scratch);
+        }
+        let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
+        let surface = scene.base[usize::from(kind)] + row;
+        let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
+        let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
+        if inverse { !inside } else { inside }
+    }
+}
+
+impl MeshAround {
+    /// Lanes whose rays start in it: they leave it once more than they enter it.
+    fn contains<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, rays: &Rays<f64x8>) -> u8 {
+        let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
+        self.triangles.iter().fold(if self.inverse { !0 } else { 0 }, |inside, &triangle| {
+            let (kind, row) = scene.row_of(triangle);
+            inside ^ scene.columns.with(kind, MetBehind { row: row as usize, rays: &rays })
+        })
     }
 }
 
@@ -105,6 +175,21 @@ fn eyes(camera: &Camera, origin: DVec3) -> Aabb {
             let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
             Aabb::of(corners).inflated(4.0 * f64::EPSILON)
         }
+    }
+}
+
+/// Lanes whose line meets a triangle behind its start: the odd ones, as for [`Contains`].
+struct MetBehind<'a, L> {
+    row: usize,
+    rays: &'a Rays<L>,
+}
+
+impl<S: Scalar> WithBlock<S> for MetBehind<'_, S::Lane> {
+    type Output = u8;
+
+    fn block<K: Block<S>>(self, block: &K) -> u8 {
+        let behind = |&crossing: &S::Lane| crossing.lt(S::Lane::zero()).bits();
+        block.roots(self.row, self.rays, None).as_ref().iter().map(behind).fold(0, |odd, these| odd ^ these)
     }
 }
 

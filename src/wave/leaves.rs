@@ -188,7 +188,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             self.count.leaf(lanes.count_ones());
         }
         let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
-        composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], lanes, buffers)
+        composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], (lanes, self.filter), buffers)
     }
 
     /// Tests a run of anything else against some packets: what changed of the last.

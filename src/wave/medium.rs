@@ -78,7 +78,12 @@ impl Media {
         let own = ior(interior);
         let mut entered = self.lists.get(list as usize).cloned().unwrap_or_default();
         let last = entered.last().copied();
-        let place = entered.iter().rposition(|&i| i == interior);
+        // Two parts of one union are of one interior, and an eye in both is in it twice.
+        let place = if last == Some(interior) {
+            Some(entered.len() - 1)
+        } else {
+            entered.iter().position(|&i| i == interior)
+        };
         let fresnel_ior = match (last, place) {
             (None, _) => own,
             (Some(last), Some(_)) => (if entered.len() == 1 { 1.0 } else { ior(last) }) / own,
@@ -119,6 +124,17 @@ pub fn fade_over(interior: &Interior, distance: f64) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_parts_of_one_interior_are_left_one_by_one() {
+        let interiors = [1.0, 1.5].map(|ior| Interior { ior, ..Interior::default() });
+        let mut media = Media::default();
+        let both = media.number(SmallVec::from_slice(&[1, 1]));
+        let first = media.cross(both, 1, &interiors);
+        assert_eq!((first.eta, first.leaves), (1.0, true));
+        let second = media.cross(first.next, 1, &interiors);
+        assert_eq!((second.eta, second.leaves, second.next), (1.5, true, 0));
+    }
 
     #[test]
     fn overlaps_bend_by_what_was_entered_last() {
