@@ -2,7 +2,7 @@
 
 use super::geometry::{EVERYWHERE, keep_extent};
 use super::machine::{Lexeme, Machine, Res};
-use super::value::{Facts, Lacks, ObjectValue};
+use super::value::{Absent, Facts, Lacks, ObjectValue};
 use crate::scene::{CsgOp, Light, Object, Shape};
 use std::sync::Arc;
 
@@ -16,6 +16,7 @@ impl Machine<'_> {
         let mut facts = Facts::default();
         let mut stand_ins = Vec::new();
         let mut any_stand_in = false;
+        let (mut absent, mut parts) = (None, 0);
         loop {
             let start = self.peek_lexeme()?;
             let Some(child) = self.object()? else { break };
@@ -28,6 +29,10 @@ impl Machine<'_> {
             // The composite's box asks those of what clips its children, and of what clips that.
             self.count_steps(child.facts.helpers)?;
             cutters_missing |= child.object.is_none() && child.lights.is_empty();
+            if child.object.is_none() {
+                absent = absent.or(left_by(child.absent, op, parts == 0));
+            }
+            parts += usize::from(child.object.is_some() || child.absent != Absent::Light);
             any_stand_in |= child.stand_in.is_some();
             stand_ins.extend(child.stand_in.or_else(|| child.object.clone()));
             children.extend(child.object);
@@ -54,12 +59,17 @@ impl Machine<'_> {
             }
             Arc::new(object)
         };
-        let object = (!children.is_empty()).then(|| made_of(children));
+        let all = match op {
+            CsgOp::Union | CsgOp::Merge => Absent::Nothing,
+            CsgOp::Intersection | CsgOp::Difference => Absent::Everything,
+        };
+        let object = (!children.is_empty() && absent.is_none()).then(|| made_of(children));
+        let absent = absent.unwrap_or(all);
         let stand_in = any_stand_in.then(|| made_of(stand_ins));
         // What a composite of composites shows of what it cuts is settled where it is cut.
         facts.cutaway &= op == CsgOp::Union;
         facts.shapes = facts.shapes.saturating_add(1);
-        Ok(ObjectValue { object, stand_in, lights, lacks, facts })
+        Ok(ObjectValue { object, stand_in, lights, lacks, facts, absent })
     }
 
     /// Warns of a part of an intersection or difference (at `csg`) that has no inside.
@@ -70,5 +80,15 @@ impl Machine<'_> {
                 format!("this `{word}` has no inside, or a part of it has none: no use in a `{csg}`");
             self.warn("patch in csg", message, self.span(start));
         }
+    }
+}
+
+/// What a composite is whatever else it has, for one part without surfaces; `None` if the part makes no difference.
+fn left_by(part: Absent, op: CsgOp, is_first: bool) -> Option<Absent> {
+    let part = if op == CsgOp::Difference && !is_first { part.inverted() } else { part };
+    match (op, part) {
+        (CsgOp::Intersection | CsgOp::Difference, Absent::Nothing | Absent::Flat) => Some(Absent::Nothing),
+        (CsgOp::Merge, Absent::Everything) => Some(Absent::Everything),
+        _ => None,
     }
 }

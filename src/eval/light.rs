@@ -1,7 +1,7 @@
 //! `light_source { ... }` (manual section 3.4.4).
 
 use super::machine::{Machine, Res};
-use super::value::{Facts, Lacks, ObjectValue, Value};
+use super::value::{Absent, Facts, Lacks, ObjectValue, Value};
 use crate::lang::{Keyword, Token};
 use crate::scene::{AreaLight, Fade, Light, LightKind, LightMore, Object, Rgb, Transform};
 use glam::DVec3;
@@ -252,6 +252,7 @@ impl Draft {
             lights: vec![self.light],
             lacks: self.lacks,
             facts: self.facts,
+            absent: Absent::Light,
             ..ObjectValue::default()
         }
     }

@@ -2,7 +2,7 @@
 
 use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
-use super::value::{Facts, Lacks, ObjectValue, Value, With};
+use super::value::{Absent, Facts, Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
 use crate::scene::{CsgOp, Interior, Light, Object, OtherKind, Shape, Texture, Transform};
 use std::sync::Arc;
@@ -137,6 +137,9 @@ impl Machine<'_> {
             return Ok(true);
         }
         let at = self.peek_lexeme()?;
+        if word == K::Inverse && value.object.is_none() {
+            value.absent = value.absent.inverted();
+        }
         // What is said of a shape that is not there is read all the same.
         let mut nothing;
         let lacks = &mut value.lacks;
@@ -199,7 +202,7 @@ impl Machine<'_> {
             K::ClippedBy | K::BoundedBy => {
                 self.next()?;
                 let open = self.open(word.text())?;
-                let mut helpers = Vec::new();
+                let (mut helpers, mut vanishes) = (Vec::new(), false);
                 let other = if word == K::ClippedBy { K::BoundedBy } else { K::ClippedBy };
                 if self.accept_word(other)? {
                     helpers = if word == K::ClippedBy {
@@ -218,10 +221,14 @@ impl Machine<'_> {
                     lacks.add(&helper.lacks);
                     value.facts.add_helper(&helper.facts);
                     self.check_depth(&value.facts)?;
+                    vanishes |=
+                        helper.object.is_none() && matches!(helper.absent, Absent::Nothing | Absent::Flat);
                     helpers.extend(helper.object);
                 }
                 self.close(word.text(), open)?;
-                if word == K::ClippedBy {
+                if word == K::ClippedBy && vanishes {
+                    (value.object, value.absent) = (None, Absent::Nothing);
+                } else if word == K::ClippedBy {
                     object.more_mut().clipped_by.append(&mut helpers);
                 } else {
                     object.more_mut().bounded_by.append(&mut helpers);

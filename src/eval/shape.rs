@@ -3,7 +3,7 @@
 
 use super::geometry::keep_extent;
 use super::machine::{Lexeme, Machine, Res};
-use super::value::ObjectValue;
+use super::value::{Absent, ObjectValue};
 use crate::lang::{Keyword, Token};
 use crate::scene::{Object, Shape};
 use glam::DVec3;
@@ -46,6 +46,9 @@ impl Machine<'_> {
                 object.into()
             }
             // It has no points; the scene goes on without it.
+            None if matches!(word, K::Triangle | K::SmoothTriangle) => {
+                ObjectValue { absent: Absent::Flat, ..ObjectValue::default() }
+            }
             None => ObjectValue::default(),
         }))
     }

@@ -113,6 +113,33 @@ pub(super) struct ObjectValue {
     pub lights: Vec<Light>,
     pub lacks: Lacks,
     pub facts: Facts,
+    /// What a composite makes of it if there is no `object`.
+    pub absent: Absent,
+}
+
+/// What a part without surfaces is to the composite that it stands in.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Absent {
+    /// Nothing is inside: a union of nothing, a sphere of radius 0.
+    #[default]
+    Nothing,
+    /// Everything is inside: an intersection of nothing.
+    Everything,
+    /// It has no inside to turn: a triangle without area.
+    Flat,
+    /// It is no part at all.
+    Light,
+}
+
+impl Absent {
+    /// The same inside out.
+    pub fn inverted(self) -> Self {
+        match self {
+            Self::Nothing => Self::Everything,
+            Self::Everything => Self::Nothing,
+            Self::Flat | Self::Light => self,
+        }
+    }
 }
 
 /// What is known of an object and everything it is made of, so that nobody has to walk it: its parts are shared, and a script
