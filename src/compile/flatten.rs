@@ -9,6 +9,7 @@ use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, 
 use crate::texture::TextureBuilder;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -180,6 +181,21 @@ impl Handed {
     }
 }
 
+impl Handed {
+    /// The same as a shape shows it that is `inverted` or not.
+    fn shown_by(&self, shape: &Shape, inverted: bool) -> Cow<'_, Self> {
+        match (shape, &self.texture, &self.interior_texture) {
+            (Shape::Polynomial(polynomial), Some(outer), Some(inner))
+                if inverted && polynomial.exchanges_textures() =>
+            {
+                let (texture, interior_texture) = (Some(inner.clone()), Some(outer.clone()));
+                Cow::Owned(Self { texture, interior_texture, ..self.clone() })
+            }
+            _ => Cow::Borrowed(self),
+        }
+    }
+}
+
 /// Turns round the order of surfaces at one place, among all that were given a rank since `before`.
 fn turn_ranks(tags: &mut [Tag], before: u32, last: u32) {
     for tag in tags {
@@ -277,7 +293,7 @@ impl<S: Scalar> Pass<S> {
             shape => {
                 let mut handed = handed;
                 handed.flags.inverse &= !is_flat(shape);
-                let tag = self.tag(&handed, false);
+                let tag = self.tag(&handed.shown_by(shape, handed.flags.inverse), false);
                 let place = handed.place.then(&self.to_compiled);
                 if let Some(kind) = push(&mut self.columns, shape, &place) {
                     self.plain[kind as usize].push(tag);
@@ -573,7 +589,7 @@ impl<S: Scalar> Pass<S> {
         inverted: bool,
         tags: &mut Vec<Tag>,
     ) -> Option<(u32, Aabb)> {
-        let tag = self.tag(handed, false);
+        let tag = self.tag(&handed.shown_by(shape, inverted), false);
         let kind = push(&mut self.parts, shape, &handed.place.then(&self.to_compiled))?;
         let row = self.parts.len(kind) - 1;
         let bounds = self.parts.bounds(kind, row);

@@ -18,7 +18,9 @@ impl Machine<'_> {
         let [xx, yy, zz] = squares.to_array();
         let [xy, xz, yz] = mixed.to_array();
         let [x, y, z] = linear.to_array();
-        Ok(surface(2, vec![xx, xy, xz, x, yy, yz, y, zz, z, constant]))
+        let coefficients = vec![xx, xy, xz, x, yy, yz, y, zz, z, constant];
+        let quadric = Polynomial::new(2, coefficients).map(Polynomial::into_quadric);
+        Ok(quadric.map(|quadric| Shape::Polynomial(Arc::new(quadric))))
     }
 
     /// The coefficients of a `cubic` or `quartic`.

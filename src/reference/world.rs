@@ -423,8 +423,14 @@ impl Builder {
         Node { kind, clips, interior: look.interior, split, open_to_eyes }
     }
 
-    fn leaf(&mut self, object: &Arc<Object>, to_world: Transform, inverted: bool, look: Look) -> Leaf {
+    fn leaf(&mut self, object: &Arc<Object>, to_world: Transform, inverted: bool, mut look: Look) -> Leaf {
         let shape = &object.shape;
+        if inverted
+            && matches!(shape, Shape::Polynomial(polynomial) if polynomial.exchanges_textures())
+            && let (Some(outer), Some(inner)) = (&mut look.texture, &mut look.interior_texture)
+        {
+            std::mem::swap(outer, inner);
+        }
         let id = self.leaves;
         self.leaves += 1;
         let m = to_world.forward.matrix3;

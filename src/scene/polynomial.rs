@@ -5,6 +5,7 @@
 pub struct Polynomial {
     order: usize,
     coefficients: Vec<f64>,
+    quadric: bool,
 }
 
 impl Polynomial {
@@ -23,7 +24,18 @@ impl Polynomial {
         let sound = (1..=Self::MAX_ORDER).contains(&order)
             && coefficients.len() == Self::terms(order)
             && coefficients.iter().all(|c| c.is_finite());
-        sound.then_some(Self { order, coefficients })
+        sound.then_some(Self { order, coefficients, quadric: false })
+    }
+
+    /// The same, written as a `quadric`.
+    pub fn into_quadric(self) -> Self {
+        Self { quadric: true, ..self }
+    }
+
+    /// POV-Ray turns a `quadric` inside out by its coefficients and then takes it for inside out once more, so that its two
+    /// textures change places, unlike those of any other shape (measured in POV-Ray 3.7).
+    pub fn exchanges_textures(&self) -> bool {
+        self.quadric
     }
 
     /// The highest `i + j + k`.
