@@ -62,9 +62,10 @@ impl Machine<'_> {
             K::Diffuse => {
                 self.next()?;
                 albedo.diffuse |= self.accept_word(K::Albedo)?;
-                finish.diffuse = self.finite()?;
+                // No light is taken away: below 0 is 0 (measured).
+                finish.diffuse = self.finite()?.max(0.0);
                 if self.accept(Mark::Comma)? {
-                    finish.diffuse_back = self.finite()?;
+                    finish.diffuse_back = self.finite()?.max(0.0);
                 }
             }
             K::Brilliance => {
@@ -90,8 +91,9 @@ impl Machine<'_> {
                 finish.roughness = self.finite()?;
                 if finish.roughness == 0.0 {
                     let span = self.span(self.last);
-                    self.warn("roughness", "a `roughness` of 0 has no highlight; took 1e-6", span);
-                    base.value.roughness = 1e-6;
+                    let message = "a `roughness` of 0 spreads the highlight over all of the lit side";
+                    self.warn("roughness", message, span);
+                    base.value.roughness = f64::INFINITY;
                 }
             }
             K::Metallic => {

@@ -86,11 +86,11 @@ impl Machine<'_> {
     fn cone(&mut self, at: Lexeme) -> Res<Option<Shape>> {
         let base = self.vector()?;
         self.comma()?;
-        let base_radius = self.finite()?.abs();
+        let base_radius = self.size_of("cone")?;
         self.comma()?;
         let cap = self.vector()?;
         self.comma()?;
-        let cap_radius = self.finite()?.abs();
+        let cap_radius = self.size_of("cone")?;
         let span = self.span(at);
         if base_radius == 0.0 && cap_radius == 0.0 {
             self.warn("radius", "a cone with both radii 0 cannot be seen", span);
@@ -133,7 +133,7 @@ impl Machine<'_> {
     }
 
     fn torus(&mut self) -> Res<Option<Shape>> {
-        let major = self.finite()?.abs();
+        let major = self.size_of("torus")?;
         self.comma()?;
         let minor = self.finite()?;
         if !(minor > 0.0) {
@@ -162,6 +162,18 @@ impl Machine<'_> {
             self.warn("radius", message, span);
         } else if radius == 0.0 {
             self.warn("radius", format!("a {what} of radius 0 cannot be seen"), span);
+        }
+        Ok(radius.abs())
+    }
+
+    /// A radius that may be 0. POV-Ray makes two bodies of such a cone or torus, or loses parts of it; not modelled.
+    fn size_of(&mut self, what: &str) -> Res<f64> {
+        let start = self.peek_lexeme()?;
+        let radius = self.finite()?;
+        if radius < 0.0 {
+            let span = self.span(start).to(self.span(self.last));
+            let message = format!("{what} radius must not be negative, found {radius}; took {}", -radius);
+            self.warn("radius", message, span);
         }
         Ok(radius.abs())
     }
