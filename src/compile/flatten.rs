@@ -168,7 +168,7 @@ impl Handed {
             root: self.root,
             sees_through: self.sees_through,
             flags: Flags {
-                no_shadow: his.no_shadow || (shadows && mine.no_shadow),
+                no_shadow: his.no_shadow || (shadows && object.throws_no_shadow()),
                 no_image: his.no_image || (images && mine.no_image),
                 no_reflection: his.no_reflection || (reflections && mine.no_reflection),
                 hollow: mine.hollow || his.hollow,

@@ -376,7 +376,7 @@ impl Builder {
                 .interior
                 .as_ref()
                 .map_or(parent.look.interior, |interior| self.interior(interior, parent.own_interiors)),
-            flags: inherit(parent.look.flags, object.flags, parent.within),
+            flags: inherit(parent.look.flags, object, parent.within),
         };
         let inverted = parent.inverted != object.flags.inverse;
         let turned = parent.turned || object.flags.inverse || object.flags.turned;
@@ -485,12 +485,13 @@ fn join(op: CsgOp, inverted: bool, turned: bool) -> (Join, bool, bool) {
 ///
 /// What hides an object from rays is asked of whole objects, some of it also of parts of merges and unions (measured in
 /// POV-Ray 3.7).
-fn inherit(parent: Flags, own: Flags, within: Within) -> Flags {
+fn inherit(parent: Flags, object: &Object, within: Within) -> Flags {
+    let own = object.flags;
     let shadows = within == Within::Scene;
     let images = matches!(within, Within::Scene | Within::Merge);
     let reflections = within != Within::Intersection;
     Flags {
-        no_shadow: parent.no_shadow || (shadows && own.no_shadow),
+        no_shadow: parent.no_shadow || (shadows && object.throws_no_shadow()),
         no_image: parent.no_image || (images && own.no_image),
         no_reflection: parent.no_reflection || (reflections && own.no_reflection),
         hollow: parent.hollow || own.hollow,
