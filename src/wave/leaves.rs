@@ -28,7 +28,7 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: &'a mut [Option<Stretch>],
     /// By packet, what is see-through in the way of its shadow rays.
-    pub noted: [Noted; GROUP],
+    noted: &'a mut [Noted; GROUP],
     /// How its packets' rays see corners.
     views: &'a Views<S>,
     /// What has blocked a shadow ray last.
@@ -117,18 +117,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         (queries, views): (&'a mut [Query<S::Lane>], &'a Views<S>),
         filter: u8,
         (scratch, stretches): (&'a mut Scratch, &'a mut [Option<Stretch>]),
+        noted: &'a mut [Noted; GROUP],
     ) -> Self {
-        Self {
-            scene,
-            queries,
-            filter,
-            scratch,
-            stretches,
-            noted: [Noted::default(); GROUP],
-            views,
-            blocker: None,
-            count: C::default(),
-        }
+        Self { scene, queries, filter, scratch, stretches, noted, views, blocker: None, count: C::default() }
     }
 
     /// Tests a run that has no test of one ray against four rows: the packet's test, with one lane.

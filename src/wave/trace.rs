@@ -16,6 +16,8 @@ pub struct Tracer<B: Scalar> {
     scratch: Scratch,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
+    /// By packet of the last [`Tracer::occluded`], what is see-through on the way.
+    noted: [Noted; GROUP],
     traversal: Traversal,
     /// What its walks have tested, if that is counted.
     occupancy: Option<Occupancy>,
@@ -53,12 +55,13 @@ impl<B: Scalar> Tracer<B> {
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
         suspect: &mut Option<Run>,
-    ) -> [Noted; GROUP] {
+    ) -> &[Noted; GROUP] {
+        self.noted.fill(Noted::default());
         let classes = class::BLOCKS | class::FILTERS;
-        if !scene.has_class(classes) {
-            return [Noted::default(); GROUP];
+        if scene.has_class(classes) {
+            self.trace::<S, true>(scene, queries, classes, suspect);
         }
-        self.trace::<S, true>(scene, queries, classes, suspect)
+        &self.noted
     }
 
     fn trace<S: Scalar, const ANY: bool>(
@@ -67,15 +70,15 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
         suspect: &mut Option<Run>,
-    ) -> [Noted; GROUP] {
+    ) {
         if self.occupancy.is_none() {
-            return self.trace_counting::<S, (), ANY>(scene, queries, filter, suspect).0;
+            self.trace_counting::<S, (), ANY>(scene, queries, filter, suspect);
+            return;
         }
-        let (noted, counted) = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
+        let counted = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
         if let Some(occupancy) = &mut self.occupancy {
             *occupancy += counted;
         }
-        noted
     }
 
     fn trace_counting<S: Scalar, C: Count, const ANY: bool>(
@@ -84,15 +87,16 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         filter: u8,
         suspect: &mut Option<Run>,
-    ) -> ([Noted; GROUP], C) {
-        let Self { stack, packets, scratch, stretches, traversal, .. } = self;
+    ) -> C {
+        let Self { stack, packets, scratch, stretches, noted, traversal, .. } = self;
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
         let mut views = Views::none();
         if scene.has_triangles() {
             views.see(queries);
         }
-        let mut leaves = Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (scratch, stretches));
+        let mut leaves =
+            Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (scratch, stretches), noted);
         if let (true, Some(run)) = (ANY, *suspect) {
             for k in 0..leaves.queries.len() {
                 leaves.run(&run, k, !0);
@@ -107,7 +111,7 @@ impl<B: Scalar> Tracer<B> {
             }
         }
         if scene.bvh.nodes.is_empty() {
-            return (leaves.noted, leaves.count);
+            return leaves.count;
         }
         packets.resize(leaves.queries.len(), Packet::idle());
         for (packet, query) in packets.iter_mut().zip(leaves.queries.iter()) {
@@ -124,6 +128,6 @@ impl<B: Scalar> Tracer<B> {
             let dark = leaves.queries.last().is_some_and(Query::is_done);
             *suspect = leaves.blocker.or(*suspect).filter(|_| dark);
         }
-        (leaves.noted, leaves.count)
+        leaves.count
     }
 }
