@@ -21,7 +21,12 @@ pub struct EnclosingBuffers {
 pub struct Enclosing {
     solids: Vec<Enclosure>,
     meshes: Vec<MeshAround>,
+    /// What the only eye is in: a mesh around it is asked once, triangle by triangle, and not by every tile.
+    eye: Option<Interiors>,
 }
+
+/// Numbers of interiors, one in the other.
+type Interiors = SmallVec<[u32; 4]>;
 
 /// A mesh that the eye may be in.
 #[derive(Debug)]
@@ -77,29 +82,29 @@ impl Enclosing {
             solids.push(enclosure(surface, COMPOSITE, number as u32, composite.surroundings.interior));
         }
         let mut meshes = Vec::new();
-        for mesh in &scene.mesh_bodies {
-            let (mut triangles, mut bounds) = (Vec::new(), Aabb::EMPTY);
-            for kind in [Kind::Triangle, Kind::SmoothTriangle] {
-                for row in 0..scene.columns.len(kind) {
-                    let surface = scene.base[kind as usize] + row as u32;
-                    if mesh.ranks.contains(&scene.rank[surface as usize]) {
-                        triangles.push(surface);
-                        bounds = bounds.union(scene.columns.bounds(kind, row));
-                    }
-                }
-            }
+        for (mesh, triangles) in scene.mesh_bodies.iter().zip(triangles_of_bodies(scene)) {
+            let bounds = triangles.iter().map(|&triangle| {
+                let (kind, row) = scene.row_of(triangle);
+                scene.columns.bounds(Kind::ALL[usize::from(kind)], row as usize)
+            });
             if let Some(&first) = triangles.first()
-                && (mesh.inverse || bounds.meets(&eyes))
+                && (mesh.inverse || bounds.fold(Aabb::EMPTY, Aabb::union).meets(&eyes))
             {
                 solids.push(enclosure(first, MESH, meshes.len() as u32, mesh.interior));
                 meshes.push(MeshAround { triangles, inverse: mesh.inverse });
             }
         }
         solids.sort_unstable();
-        Self { solids, meshes }
+        let mut found = Self { solids, meshes, eye: None };
+        if scene.camera.projection == Projection::Perspective && !found.solids.is_empty() {
+            let eye = Vec3::splat(scene.camera.location - scene.origin);
+            let [around, ..] = found.around(scene, eye, &mut Scratch::default());
+            found.eye = Some(around);
+        }
+        found
     }
 
-    /// The lists of interiors around eight points (compiled space).
+    /// The lists of interiors around eight points (compiled space), where the camera's rays start.
     pub fn media<S: Scalar, B: Scalar>(
         &self,
         scene: &Compiled<S, B>,
@@ -110,7 +115,20 @@ impl Enclosing {
         if self.solids.is_empty() {
             return [0; LANES];
         }
-        let mut lists: [SmallVec<[u32; 4]>; LANES] = Default::default();
+        if let Some(eye) = &self.eye {
+            return [media.number(eye.clone()); LANES];
+        }
+        self.around(scene, points, scratch).map(|list| media.number(list))
+    }
+
+    /// The interiors around each of eight points.
+    fn around<S: Scalar, B: Scalar>(
+        &self,
+        scene: &Compiled<S, B>,
+        points: Vec3<f64x8>,
+        scratch: &mut Scratch,
+    ) -> [Interiors; LANES] {
+        let mut lists: [Interiors; LANES] = Default::default();
         // Any direction will do; one along no axis and in no plane of a usual scene meets the fewest special cases.
         let dir = Vec3::splat(DVec3::new(0.36, 0.48, 0.8));
         let rays = Rays { origin: points, dir };
@@ -129,8 +147,33 @@ impl Enclosing {
                 }
             }
         }
-        lists.map(|list| media.number(list))
+        lists
     }
+}
+
+/// The triangles of each of [`Compiled::mesh_bodies`].
+fn triangles_of_bodies<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Vec<Vec<SurfaceId>> {
+    let bodies = &scene.mesh_bodies;
+    let mut triangles = vec![Vec::new(); bodies.len()];
+    if bodies.is_empty() {
+        return triangles;
+    }
+    // (In a union that is one object ranks are turned round, and bodies are not.)
+    let mut by_rank: Vec<usize> = (0..bodies.len()).collect();
+    by_rank.sort_unstable_by_key(|&body| bodies[body].ranks.start);
+    for kind in [Kind::Triangle, Kind::SmoothTriangle] {
+        let base = scene.base[kind as usize];
+        for surface in base..base + scene.columns.len(kind) as u32 {
+            let rank = scene.rank[surface as usize];
+            let body = by_rank.partition_point(|&body| bodies[body].ranks.end <= rank);
+            if let Some(&body) = by_rank.get(body)
+                && bodies[body].ranks.contains(&rank)
+            {
+                triangles[body].push(surface);
+            }
+        }
+    }
+    triangles
 }
 
 impl Enclosure {
