@@ -2,19 +2,20 @@
 
 `python frames.py OCTRAY OUT SCENE... [--rounds N] [--size WxH] [--no-two] [-L DIR]`
 
-Rounds are interleaved: of each scene a frame by POV-Ray with one thread, then octray in each precision with one thread,
-and `exact` with two. Compared is the time of tracing alone, as each program reports it: POV-Ray's processor seconds of the trace,
+Rounds are interleaved: of each scene a frame by POV-Ray with one thread, by octray in each precision with one thread, and by
+`exact` with two, in an order drawn anew each time (from a fixed seed): what runs right after POV-Ray pays for memory that the
+machine's host has taken back from it, and no engine shall always be the one. Compared is the time of tracing alone, as each program reports it: POV-Ray's processor seconds of the trace,
 octray's wall-clock seconds of its one thread (at least its processor seconds, so octray is never flattered). Figures
 are medians over rounds. Writes OUT/frames.csv and OUT/frames.md.
 
-What two threads gain is the ratio to one thread *right before* (what runs first after POV-Ray also pays for fresh memory).
-Beside it stands what the machine itself gains: two processes of one thread each at a time, which share nothing. Virtual
+What two threads gain is the ratio to one thread *right before*. Beside it stands what the machine itself gains: two processes of one thread each at a time, which share nothing. Virtual
 processors may be halves of one core; then that is far below 2, and no program can have more.
 """
 
 import argparse
 import csv
 import json
+import random
 import re
 import statistics
 import subprocess
@@ -60,18 +61,25 @@ def main():
     parse.add_argument("-L", "--library", action="append", default=[])
     args = parse.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    rows, times, rays = [], {}, {}
+    rows, times, rays, draw = [], {}, {}, random.Random(37)
     for number in range(args.rounds):
         for scene in args.scenes:
-            found = {"povray": povray(scene, args)}
-            for precision in ["exact", "fast"]:
-                stats = octray(scene, precision, 1, args)
-                found[f"{precision} x1"] = stats["trace_s"]
-                rays[scene.stem] = sum(stats["rays"].values())
-            if args.two:
-                found["exact x1 again"] = octray(scene, "exact", 1, args)["trace_s"]
-                found["exact x2"] = octray(scene, "exact", 2, args)["trace_s"]
-                found["two of exact x1"] = octray(scene, "exact", 1, args, copies=2)["trace_s"]
+            found = {}
+            turns = ["povray", "exact", "fast", *["two"] * args.two]
+            draw.shuffle(turns)
+            for turn in turns:
+                match turn:
+                    case "povray":
+                        found["povray"] = povray(scene, args)
+                    case "two":
+                        octray(scene, "exact", 1, args)  # So that what is timed does not come right after POV-Ray.
+                        found["exact x1 again"] = octray(scene, "exact", 1, args)["trace_s"]
+                        found["exact x2"] = octray(scene, "exact", 2, args)["trace_s"]
+                        found["two of exact x1"] = octray(scene, "exact", 1, args, copies=2)["trace_s"]
+                    case precision:
+                        stats = octray(scene, precision, 1, args)
+                        found[f"{precision} x1"] = stats["trace_s"]
+                        rays[scene.stem] = sum(stats["rays"].values())
             for engine, seconds in found.items():
                 times.setdefault((scene.stem, engine), []).append(seconds)
                 rows.append([scene.stem, engine, number, seconds])
