@@ -114,7 +114,7 @@ struct Turned {
 
 impl Turned {
     fn by(self, flags: Flags) -> Self {
-        Self { inverted: self.inverted != flags.inverse, ever: self.ever || flags.inverse || flags.turned }
+        Self { inverted: self.inverted != flags.inverse, ever: self.ever || flags.is_turned() }
     }
 
     fn over(self, inverts: bool) -> Self {
@@ -179,9 +179,7 @@ impl Handed {
             within: self.within,
         }
     }
-}
 
-impl Handed {
     /// The same as a shape shows it that is `inverted` or not.
     fn shown_by(&self, shape: &Shape, inverted: bool) -> Cow<'_, Self> {
         match (shape, &self.texture, &self.interior_texture) {
@@ -199,8 +197,13 @@ impl Handed {
 /// Turns round the order of surfaces at one place, among all that were given a rank since `before`.
 fn turn_ranks(tags: &mut [Tag], before: u32, last: u32) {
     for tag in tags {
-        tag.rank = before + 1 + (last - tag.rank);
+        tag.rank = turned_rank(tag.rank, before, last);
     }
+}
+
+/// A rank after `before`, counted back from `last`.
+fn turned_rank(rank: u32, before: u32, last: u32) -> u32 {
+    before + 1 + (last - rank)
 }
 
 /// True if rays go through some surface of an object, or ask there what they are in.
@@ -262,7 +265,7 @@ impl<S: Scalar> Pass<S> {
     /// An object that nothing encloses but unions.
     fn object(&mut self, object: &Object, above: &Handed) {
         let handed = self.hand(object, above);
-        let depends = !object.clipped_by().is_empty() || object.flags.turned || object.flags.inverse;
+        let depends = !object.clipped_by().is_empty() || object.flags.is_turned();
         match &object.shape {
             Shape::Csg { op: CsgOp::Union, children, .. } if !depends => {
                 if above.within == Within::Scene && !object.is_split() {
@@ -322,7 +325,7 @@ impl<S: Scalar> Pass<S> {
         }
         turn_ranks(&mut self.part_tags[parts..], before, self.rank);
         for mesh in &mut self.mesh_bodies[meshes..] {
-            let turned = |rank: u32| before + 1 + (self.rank - rank);
+            let turned = |rank: u32| turned_rank(rank, before, self.rank);
             mesh.ranks = turned(mesh.ranks.end - 1)..turned(mesh.ranks.start) + 1;
         }
         self.bodies.push(Body { ranks: before + 1..self.rank + 1, interior });

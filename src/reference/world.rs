@@ -379,7 +379,7 @@ impl Builder {
             flags: inherit(parent.look.flags, object, parent.within),
         };
         let inverted = parent.inverted != object.flags.inverse;
-        let turned = parent.turned || object.flags.inverse || object.flags.turned;
+        let turned = parent.turned || object.flags.is_turned();
         let split = parent.within == Within::Scene && object.is_split();
         let clipped = !object.clipped_by().is_empty();
         let to_world = object.transform.then(&parent.to_world);

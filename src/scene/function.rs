@@ -291,9 +291,7 @@ impl Function {
             registers[usize::from(out)] = value;
         }
     }
-}
 
-impl Function {
     /// The value for a call by itself.
     fn value_within(&self, arguments: &[f64], around: &mut Surroundings) -> Option<f64> {
         around.calls = around.calls.checked_sub(1)?;

@@ -172,6 +172,13 @@ pub struct Flags {
     pub double_illuminate: bool,
 }
 
+impl Flags {
+    /// True of what is inside out or has been.
+    pub fn is_turned(self) -> bool {
+        self.inverse || self.turned
+    }
+}
+
 impl Object {
     /// An object that is only its shape.
     pub fn new(shape: Shape) -> Self {
@@ -232,8 +239,7 @@ impl Object {
     /// object of a union that is bounded, clipped or turned, or has `split_union off`.
     pub fn is_split(&self) -> bool {
         matches!(self.shape, Shape::Csg { op: CsgOp::Union, .. })
-            && !self.flags.inverse
-            && !self.flags.turned
+            && !self.flags.is_turned()
             && self
                 .more
                 .as_ref()
@@ -243,10 +249,11 @@ impl Object {
     /// True if it throws no shadow where it is an object of its own: by its own word, or, of a union that is not split, by that of
     /// all its parts (measured in POV-Ray 3.7; a part's part says nothing, nor does one part of several).
     pub fn throws_no_shadow(&self) -> bool {
-        let turned = self.flags.inverse || self.flags.turned;
         self.flags.no_shadow
             || match &self.shape {
-                Shape::Csg { op: CsgOp::Union, children, .. } if !turned && !self.is_split() => {
+                Shape::Csg { op: CsgOp::Union, children, .. }
+                    if !self.flags.is_turned() && !self.is_split() =>
+                {
                     children.iter().all(|child| child.flags.no_shadow)
                 }
                 _ => false,

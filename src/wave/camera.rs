@@ -1,9 +1,9 @@
 //! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight a group.
 
 use super::area::{Shared, TileArea};
-use super::enclosing::EnclosingBuffers;
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
+use crate::csg::Scratch;
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8};
 use crate::scene::Projection;
@@ -55,7 +55,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
     shared: &Shared<S, B>,
     area: TileArea,
     order: &PixelOrder,
-    (media, buffers): (&mut Media, &mut EnclosingBuffers),
+    (media, scratch): (&mut Media, &mut Scratch),
     queue: &mut Queue<Carriers<S::Lane>>,
 ) {
     let (scene, (width, height)) = (shared.scene, shared.size);
@@ -79,7 +79,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
         // One eye stands in one place; parallel rays start in many.
         let medium = match (camera.projection, eye_medium) {
             (Projection::Perspective, Some(medium)) => medium,
-            _ => shared.enclosing.media(scene, origin, media, buffers),
+            _ => shared.enclosing.media(scene, origin, media, scratch),
         };
         eye_medium = Some(medium);
         *queue.next() = Carriers {

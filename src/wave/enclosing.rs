@@ -10,12 +10,6 @@ use crate::scene::{Camera, Projection};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// What is kept from one question to the next, so that nothing is allocated.
-#[derive(Debug, Default)]
-pub struct EnclosingBuffers {
-    scratch: Scratch,
-}
-
 /// Solids that the eye may be in, in order of declaration.
 #[derive(Debug, Default)]
 pub struct Enclosing {
@@ -110,7 +104,7 @@ impl Enclosing {
         scene: &Compiled<S, B>,
         points: Vec3<f64x8>,
         media: &mut Media,
-        EnclosingBuffers { scratch }: &mut EnclosingBuffers,
+        scratch: &mut Scratch,
     ) -> [u32; LANES] {
         if self.solids.is_empty() {
             return [0; LANES];
@@ -221,6 +215,11 @@ fn eyes(camera: &Camera, origin: DVec3) -> Aabb {
     }
 }
 
+/// Lanes that have an odd number of crossings behind their start.
+fn odd_behind<L: Lane>(crossings: &[L]) -> u8 {
+    crossings.iter().fold(0, |odd, crossing| odd ^ crossing.lt(L::zero()).bits())
+}
+
 /// Lanes whose line meets a triangle behind its start: the odd ones, as for [`Contains`].
 struct MetBehind<'a, L> {
     row: usize,
@@ -231,8 +230,7 @@ impl<S: Scalar> WithBlock<S> for MetBehind<'_, S::Lane> {
     type Output = u8;
 
     fn block<K: Block<S>>(self, block: &K) -> u8 {
-        let behind = |&crossing: &S::Lane| crossing.lt(S::Lane::zero()).bits();
-        block.roots(self.row, self.rays, None).as_ref().iter().map(behind).fold(0, |odd, these| odd ^ these)
+        odd_behind(block.roots(self.row, self.rays, None).as_ref())
     }
 }
 
@@ -246,10 +244,7 @@ impl<S: Scalar> WithBlock<S> for Contains<'_, S::Lane> {
     type Output = u8;
 
     fn block<K: Block<S>>(self, block: &K) -> u8 {
-        let mut inside = block.starts_inside(self.row, self.rays).bits();
-        for &crossing in block.boundary(self.row, self.rays, None).as_ref() {
-            inside ^= crossing.lt(S::Lane::zero()).bits();
-        }
-        inside
+        let starts_inside = block.starts_inside(self.row, self.rays).bits();
+        starts_inside ^ odd_behind(block.boundary(self.row, self.rays, None).as_ref())
     }
 }

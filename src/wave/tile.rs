@@ -3,7 +3,6 @@
 use super::area::{Shared, TileArea};
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
-use super::enclosing::EnclosingBuffers;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
 use super::query::{GROUP, Query};
@@ -15,6 +14,7 @@ use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
 use crate::compile::class;
+use crate::csg::Scratch;
 use crate::film::{PacketCounts, Pixel, RayCounts};
 use crate::lane::{Lane, Scalar, Vec3, f32x8};
 
@@ -41,7 +41,8 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     queries: Vec<Query<S::Lane>>,
     sums: Sums,
     media: Media,
-    enclosing: EnclosingBuffers,
+    /// For what the eye is in.
+    scratch: Scratch,
     shown: Shown,
     order: PixelOrder,
     /// What shading has counted.
@@ -70,7 +71,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             queries: Vec::new(),
             sums: Sums::default(),
             media: Media::default(),
-            enclosing: EnclosingBuffers::default(),
+            scratch: Scratch::default(),
             shown: Shown::default(),
             order: PixelOrder::default(),
             counts: PacketCounts::default(),
@@ -89,7 +90,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         self.shadows.begin_tile();
         self.sums.reset(area.width * area.height);
         self.order.set(area.width, area.height);
-        let around = (&mut self.media, &mut self.enclosing);
+        let around = (&mut self.media, &mut self.scratch);
         push_camera_rays(shared, area, &self.order, around, &mut self.camera);
         let camera = self.camera.take_count();
         self.camera.take_last(usize::MAX, &mut self.batch, &mut self.batch_order);
