@@ -20,6 +20,7 @@ pub mod image_io;
 pub mod kernel;
 pub mod lane;
 pub mod lang;
+pub(crate) mod parallel;
 pub mod random;
 pub mod ray_io;
 pub mod ray_set;

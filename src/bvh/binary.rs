@@ -4,17 +4,24 @@
 
 use super::part::{FEW, binned, exhausted, swept};
 use crate::lane::f32x8;
+use crate::parallel;
+use bytemuck::Zeroable;
 use wide::f32x4;
 
 /// A box in single precision: the lowest corner in lanes 0 to 2, the highest one negated in lanes 4 to 6, so that the
 /// box around two is their minimum. Lanes 3 and 7 hold two numbers that are the owner's business.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Zeroable)]
 #[repr(transparent)]
 pub(super) struct Extent(f32x8);
 
 impl Extent {
     /// Holds nothing.
     pub const EMPTY: Self = Self(f32x8::new([f32::INFINITY; 8]));
+
+    /// Neither infinite nor NaN.
+    pub fn is_finite(&self) -> bool {
+        self.corners().iter().flatten().all(|x| x.is_finite())
+    }
 
     /// From `low` to `high`.
     pub fn new([a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> Self {
@@ -118,15 +125,13 @@ pub(super) struct Binary {
     pub items: Vec<Extent>,
 }
 
-/// Subtrees over this many items are built side by side.
-pub(super) const PARALLEL_OVER: usize = 4096;
-
 impl Binary {
     /// Over `items` (at least one, at most 2^31), splits sought among `BINS` places an axis, or `HALF` as many where there
     /// are few items. The same tree on any number of threads.
     pub fn over<const BINS: usize, const HALF: usize>(mut items: Vec<Extent>) -> Self {
-        let mut nodes = vec![Extent::EMPTY; 2 * items.len() - 1];
-        let around = items.iter().fold(Around::NOTHING, |around, &item| around.and(item));
+        // (Zeros, so that the pages come to the thread that writes to them first.)
+        let mut nodes = bytemuck::zeroed_vec(2 * items.len() - 1);
+        let around = parallel::fold(items.len(), Around::NOTHING, |k| Around::of(items[k]), Around::with);
         split::<BINS, HALF>(&mut items, &mut nodes, 0, around);
         Self { nodes, items }
     }
@@ -154,10 +159,22 @@ pub(super) struct Around {
 impl Around {
     pub const NOTHING: Self = Self { bounds: Extent::EMPTY, centers: Extent::EMPTY };
 
-    /// And one more.
+    /// One item.
+    #[inline(always)]
+    pub fn of(item: Extent) -> Self {
+        Self { bounds: item, centers: Extent::point(item.center()) }
+    }
+
+    /// Both.
+    #[inline(always)]
+    pub fn with(self, other: Self) -> Self {
+        Self { bounds: self.bounds.around(other.bounds), centers: self.centers.around(other.centers) }
+    }
+
+    /// And one item more.
     #[inline(always)]
     pub fn and(self, item: Extent) -> Self {
-        Self { bounds: self.bounds.around(item), centers: self.centers.around(Extent::point(item.center())) }
+        self.with(Self::of(item))
     }
 }
 
@@ -183,7 +200,7 @@ fn split<const BINS: usize, const HALF: usize>(
         few if few <= HALF_BINS_TO => binned::<HALF>(items, &around.centers),
         _ => binned::<BINS>(items, &around.centers),
     };
-    let parallel = items.len() > PARALLEL_OVER;
+    let parallel = items.len() > parallel::PIECE;
     let (left, right) = items.split_at_mut(at);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * at - 1);
     let second = first + at as u32;

@@ -4,7 +4,7 @@
 use super::Bvh;
 use super::binary::{Binary, Extent};
 use super::collapse::plan;
-use super::emit::Emit;
+use super::emit::{Outline, emit};
 use super::items::{Items, Tag};
 use super::reinsert::bettered;
 use crate::lane::Scalar;
@@ -41,15 +41,12 @@ impl Preset {
     }
 }
 
-/// There is room for one node for so many items from the start: more than most trees need.
-const NODES_PER_ITEM: usize = 4;
-
 /// The finished tree, and for each kind, of which there are `rows[kind]` rows in the columns, the new order of those that are
 /// in the tree: row `k` must become the former row `order[kind][k]`.
 pub fn build<B: Scalar>(items: Items, rows: &[usize], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
     let Items { bounds, origin, unit, extents, shared } = items;
     let mut tree = Bvh {
-        nodes: Vec::with_capacity(extents.len() / NODES_PER_ITEM),
+        nodes: Vec::new(),
         runs: Vec::new(),
         bounds,
         depth: 0,
@@ -58,9 +55,8 @@ pub fn build<B: Scalar>(items: Items, rows: &[usize], preset: Preset) -> (Bvh<B>
         entry: [[B::default(); 3]; 2],
         together: false,
     };
-    let mut order: Vec<_> = rows.iter().map(|&rows| Vec::with_capacity(rows)).collect();
     if extents.is_empty() {
-        return (tree, order);
+        return (tree, vec![Vec::new(); rows.len()]);
     }
     let moved = tree.moved_bounds();
     let slack = Bvh::<B>::slack(&moved);
@@ -68,7 +64,6 @@ pub fn build<B: Scalar>(items: Items, rows: &[usize], preset: Preset) -> (Bvh<B>
 
     let binary = preset.binary(extents);
     let plans = plan(&binary);
-    let place = shared.then(|| rows.iter().map(|&rows| vec![u32::MAX; rows]).collect());
-    Emit { tree: &mut tree, binary: &binary, plans: &plans, order: &mut order, place, unit, slack }.root();
+    let order = emit(&Outline { binary: &binary, plans: &plans, rows, shared, unit, slack }, &mut tree);
     (tree, order)
 }

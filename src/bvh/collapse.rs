@@ -2,9 +2,11 @@
 //! surface-area heuristic, found from the bottom up (Ylitie, Karras, Laine 2017, Efficient incoherent ray traversal on
 //! GPUs through compressed wide BVHs, section 3.1).
 
-use super::binary::{Binary, Extent, PARALLEL_OVER};
+use super::binary::{Binary, Extent};
 use super::items::Tag;
 use crate::lane::{LANES, Lane, QUAD, f32x8};
+use crate::parallel;
+use bytemuck::Zeroable;
 
 /// A leaf never holds more.
 pub(super) const MAX_LEAF: usize = 8;
@@ -16,7 +18,7 @@ const LEAF_COST: f32 = 2.0;
 
 /// How a node is best divided if it must be `k + 1` trees or fewer: how many of those come from its first child; 0 for as
 /// with one tree fewer. For one tree: 0 for a leaf.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Zeroable)]
 pub(super) struct Plan([u8; LANES]);
 
 /// What a node and all below it cost at best in `k + 1` trees or fewer; at last, in eight.
@@ -24,7 +26,7 @@ type Costs = [f32; LANES];
 
 /// Plans for every node.
 pub(super) fn plan(tree: &Binary) -> Vec<Plan> {
-    let mut plans = vec![Plan::default(); tree.nodes.len()];
+    let mut plans = bytemuck::zeroed_vec(tree.nodes.len());
     weigh(&tree.nodes, &tree.items, &mut plans);
     plans
 }
@@ -47,7 +49,7 @@ fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     let (left_items, right_items) = items.split_at(at);
     let mut left = || weigh(left_nodes, left_items, left_plans);
     let mut right = || weigh(right_nodes, right_items, right_plans);
-    let (left, right) = if count > PARALLEL_OVER { rayon::join(left, right) } else { (left(), right()) };
+    let (left, right) = if count > parallel::PIECE { rayon::join(left, right) } else { (left(), right()) };
 
     // For two trees up to eight at once: with k of them from the first child, the second gives as many less.
     let (none, mut shifted) = (f32x8::splat(f32::INFINITY), [f32::INFINITY; 2 * LANES]);

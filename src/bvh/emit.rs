@@ -5,71 +5,184 @@ use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
 use super::items::Tag;
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, QUAD, Scalar, bits};
+use crate::parallel;
 use glam::DVec3;
+use rayon::prelude::*;
 
-/// Writes nodes, runs and the new order of rows.
-pub(super) struct Emit<'a, B: Scalar> {
-    pub tree: &'a mut Bvh<B>,
+/// What is to be written, and how.
+pub(super) struct Outline<'a> {
     pub binary: &'a Binary,
     pub plans: &'a [Plan],
-    /// By kind: rows in the order of the leaves.
-    pub order: &'a mut [Vec<u32>],
-    /// If leaves share rows, by kind and old row: its new one, or `u32::MAX` if no leaf has had it.
-    pub place: Option<Vec<Vec<u32>>>,
+    /// Rows, by kind.
+    pub rows: &'a [usize],
+    /// Leaves share rows.
+    pub shared: bool,
     /// One of the binary tree's coordinates in scene units.
     pub unit: f64,
     pub slack: DVec3,
 }
 
-impl<B: Scalar> Emit<'_, B> {
+/// Subtrees over at most so many items are written each by itself, by whatever thread is free.
+const PART: usize = 2 * parallel::PIECE;
+/// There is room for one node for so many items from the start, which does for meshes. (Memory has a price even if it is never used:
+/// pages come two megabytes at a time.)
+const ITEMS_PER_NODE: usize = 16;
+
+/// Writes nodes and runs into `tree`. By kind: rows in the order of the leaves.
+pub(super) fn emit<B: Scalar>(outline: &Outline, tree: &mut Bvh<B>) -> Vec<Vec<u32>> {
+    // Which of its leaves a shared row comes with, only one writer can tell.
+    let apart = outline.binary.items.len() > 2 * PART && !outline.shared;
+    let mut whole = Emit::new(outline, outline.rows, vec![0; outline.rows.len()]);
+    whole.later = apart.then(Vec::new);
+    whole.root();
+    whole.add_parts();
+    (tree.nodes, tree.runs, tree.depth) = (whole.nodes, whole.runs, whole.depth);
+    whole.order
+}
+
+/// A subtree to be written later.
+struct Later {
+    /// The child of which node it is, and which.
+    parent: (usize, usize),
+    /// Its node in the binary tree.
+    at: usize,
+    depth: usize,
+    /// By kind: its rows, and those that come before.
+    rows: Vec<usize>,
+    before: Vec<usize>,
+}
+
+/// Writes nodes, runs and the new order of rows of a subtree.
+struct Emit<'a, B: Scalar> {
+    outline: &'a Outline<'a>,
+    nodes: Vec<Node<B>>,
+    runs: Vec<Run>,
+    depth: usize,
+    /// By kind: rows of other subtrees that come before.
+    before: Vec<usize>,
+    /// By kind: rows in the order of the leaves.
+    order: Vec<Vec<u32>>,
+    /// If leaves share rows, by kind and old row: its new one, or `u32::MAX` if no leaf has had it.
+    place: Option<Vec<Vec<u32>>>,
+    /// Subtrees are left for later, if they are to be.
+    later: Option<Vec<Later>>,
+}
+
+impl<'a, B: Scalar> Emit<'a, B> {
+    /// Of a subtree over so many rows of each kind, behind so many others.
+    fn new(outline: &'a Outline<'a>, rows: &[usize], before: Vec<usize>) -> Self {
+        let place = outline.shared.then(|| outline.rows.iter().map(|&rows| vec![u32::MAX; rows]).collect());
+        Self {
+            outline,
+            nodes: Vec::with_capacity(rows.iter().sum::<usize>() / ITEMS_PER_NODE),
+            runs: Vec::new(),
+            depth: 0,
+            order: rows.iter().map(|&rows| Vec::with_capacity(rows)).collect(),
+            before,
+            place,
+            later: None,
+        }
+    }
+
     /// Emits everything.
-    pub fn root(&mut self) {
-        if !is_leaf(self.plans, 0) {
+    fn root(&mut self) {
+        if !is_leaf(self.outline.plans, 0) {
             self.node(0, 1);
             return;
         }
         // The walk begins at a node.
-        self.tree.depth = 1;
+        self.depth = 1;
         let mut node = Node::empty();
         self.planes(&mut node, 0, 0);
         node.child[0] = self.leaf(0);
-        self.tree.nodes.push(node);
+        self.nodes.push(node);
     }
 
     /// Emits node `at` of the binary tree as a node at `depth` and returns its number.
     fn node(&mut self, at: usize, depth: usize) -> usize {
-        let number = self.tree.nodes.len();
-        let (children, count) = children(self.binary, self.plans, at);
+        let number = self.nodes.len();
+        let Outline { binary, plans, .. } = *self.outline;
+        let (children, count) = children(binary, plans, at);
         let children = &self.by_area(children, count)[..count];
         let mut node = Node::empty();
         for (k, &child) in children.iter().enumerate() {
             self.planes(&mut node, k, child);
         }
-        self.tree.nodes.push(node);
-        self.tree.depth = self.tree.depth.max(depth);
+        self.nodes.push(node);
+        self.depth = self.depth.max(depth);
         let mut leaves = 0u8;
         for (k, &child) in children.iter().enumerate() {
-            leaves |= u8::from(is_leaf(self.plans, child)) << k;
+            leaves |= u8::from(is_leaf(plans, child)) << k;
         }
         // A node's leaves lie together, in the order that parts the fewest of them over two fours of rows.
         while leaves != 0 {
             let k = self.next_leaf(children, leaves);
             leaves &= !(1 << k);
-            self.tree.nodes[number].child[k] = self.leaf(children[k]);
+            self.nodes[number].child[k] = self.leaf(children[k]);
         }
-        for (k, &child) in children.iter().enumerate() {
-            if !is_leaf(self.plans, child) {
-                self.tree.nodes[number].child[k] = Child::node(self.node(child, depth + 1));
+        for (k, &at) in children.iter().enumerate().filter(|(_, child)| !is_leaf(plans, **child)) {
+            let (parent, depth) = ((number, k), depth + 1);
+            match &mut self.later {
+                Some(later) if binary.nodes[at].tags().1 as usize <= PART => {
+                    let (rows, before) = (Vec::new(), Vec::new());
+                    later.push(Later { parent, at, depth, rows, before });
+                }
+                _ => self.nodes[number].child[k] = Child::node(self.node(at, depth)),
             }
         }
         number
+    }
+
+    /// Emits what was left for later, each by itself, and puts it behind the rest.
+    fn add_parts(&mut self) {
+        let Some(mut later) = self.later.take() else { return };
+        later.par_iter_mut().for_each(|later| later.rows = self.rows_below(later.at));
+        let mut before: Vec<usize> = self.order.iter().map(Vec::len).collect();
+        for later in &mut later {
+            later.before.clone_from(&before);
+            before.iter_mut().zip(&later.rows).for_each(|(before, rows)| *before += rows);
+        }
+        let outline = self.outline;
+        let part = |later: &Later| {
+            let mut part = Self::new(outline, &later.rows, later.before.clone());
+            part.node(later.at, later.depth);
+            part
+        };
+        let parts: Vec<Self> = later.par_iter().map(part).collect();
+        for (&Later { parent: (number, k), .. }, part) in later.iter().zip(parts) {
+            let (nodes, runs) = (self.nodes.len(), self.runs.len());
+            self.nodes[number].child[k] = Child::node(nodes);
+            self.nodes.extend(part.nodes.into_iter().map(|mut node| {
+                node.child = node.child.map(|child| child.behind(nodes, runs));
+                node
+            }));
+            self.runs.extend(part.runs);
+            self.depth = self.depth.max(part.depth);
+            self.order.iter_mut().zip(part.order).for_each(|(order, more)| order.extend(more));
+        }
+    }
+
+    /// Rows below node `at` of the binary tree, by kind, if no two leaves share one.
+    fn rows_below(&self, at: usize) -> Vec<usize> {
+        let (first, count) = self.outline.binary.nodes[at].tags();
+        let mut rows = vec![0; self.order.len()];
+        for item in &self.outline.binary.items[first as usize..(first + count) as usize] {
+            rows[usize::from(Tag::of(item).kind())] += 1;
+        }
+        rows
+    }
+
+    /// The new row that comes next in a kind.
+    #[inline(always)]
+    fn next_row(&self, kind: usize) -> u32 {
+        (self.before[kind] + self.order[kind].len()) as u32
     }
 
     /// Puts the largest surface first, the likeliest to stop a ray: rays that any hit ends take children in this order (Nah and
     /// Manocha 2014, SATO: surface area traversal order for shadow ray tracing).
     fn by_area(&self, children: [usize; LANES], count: usize) -> [usize; LANES] {
         let area = |at: usize| {
-            let [low, high] = self.binary.nodes[at].corners();
+            let [low, high] = self.outline.binary.nodes[at].corners();
             let [x, y, z] = [0, 1, 2].map(|axis| high[axis] - low[axis]);
             x * y + y * z + z * x
         };
@@ -84,11 +197,11 @@ impl<B: Scalar> Emit<'_, B> {
     /// Makes the box of node `at` of the binary tree that of the `k`th child of `node`.
     #[inline(always)]
     fn planes(&self, node: &mut Node<B>, k: usize, at: usize) {
-        let [low, high] = self.binary.nodes[at].corners();
-        let plane = |x: f32, slack: f64| B::from_f64(f64::from(x) * self.unit + slack);
+        let [low, high] = self.outline.binary.nodes[at].corners();
+        let plane = |x: f32, slack: f64| B::from_f64(f64::from(x) * self.outline.unit + slack);
         for axis in 0..3 {
-            node.planes[axis][k] = plane(low[axis], -self.slack[axis]);
-            node.planes[3 + axis][k] = plane(high[axis], self.slack[axis]);
+            node.planes[axis][k] = plane(low[axis], -self.outline.slack[axis]);
+            node.planes[3 + axis][k] = plane(high[axis], self.outline.slack[axis]);
         }
     }
 
@@ -97,9 +210,10 @@ impl<B: Scalar> Emit<'_, B> {
     fn next_leaf(&self, children: &[usize], leaves: u8) -> usize {
         let mut best = (0, 0);
         for k in bits(leaves) {
-            let (first, count) = self.binary.nodes[children[k]].tags();
-            let kind = Tag::of(&self.binary.items[first as usize]).kind();
-            let room = QUAD - self.order[usize::from(kind)].len() % QUAD;
+            let binary = self.outline.binary;
+            let (first, count) = binary.nodes[children[k]].tags();
+            let kind = Tag::of(&binary.items[first as usize]).kind();
+            let room = QUAD - self.next_row(usize::from(kind)) as usize % QUAD;
             let count = count as usize;
             let worth = if count <= room { 2 * MAX_LEAF + count } else { count };
             if worth > best.0 {
@@ -111,8 +225,8 @@ impl<B: Scalar> Emit<'_, B> {
 
     /// A row that several items share, piece by piece, gets its place where it first comes.
     fn leaf(&mut self, at: usize) -> Child {
-        let (first, count) = self.binary.nodes[at].tags();
-        let binary = self.binary;
+        let binary = self.outline.binary;
+        let (first, count) = binary.nodes[at].tags();
         let extents = &binary.items[first as usize..(first + count) as usize];
         let mut tags = [Tag::of(&Extent::EMPTY); MAX_LEAF];
         tags[..extents.len()].iter_mut().zip(extents).for_each(|(tag, extent)| *tag = Tag::of(extent));
@@ -139,9 +253,10 @@ impl<B: Scalar> Emit<'_, B> {
             tags.sort_unstable_by_key(|tag| tag.key());
         } else {
             for tag in tags.iter_mut() {
-                let order = &mut self.order[usize::from(tag.kind())];
-                order.push(tag.row);
-                tag.row = order.len() as u32 - 1;
+                let kind = usize::from(tag.kind());
+                let new = self.next_row(kind);
+                self.order[kind].push(tag.row);
+                tag.row = new;
             }
         }
         self.runs(tags)
@@ -150,7 +265,7 @@ impl<B: Scalar> Emit<'_, B> {
     /// A leaf of rows, given in the order of kind, class and new row.
     #[inline(always)]
     fn runs(&mut self, tags: &[Tag]) -> Child {
-        let first = self.tree.runs.len();
+        let first = self.runs.len();
         for run in tags.chunk_by(|a, b| a.key() + 1 == b.key()) {
             let (kind, class) = (run[0].kind(), run[0].class());
             let run = Run { kind, class, last: false, len: run.len() as u32, first: run[0].row };
@@ -159,9 +274,9 @@ impl<B: Scalar> Emit<'_, B> {
             {
                 return leaf;
             }
-            self.tree.runs.push(run);
+            self.runs.push(run);
         }
-        if let Some(run) = self.tree.runs.last_mut() {
+        if let Some(run) = self.runs.last_mut() {
             run.last = true;
         }
         Child::runs(first)

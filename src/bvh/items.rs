@@ -3,6 +3,7 @@
 
 use super::binary::Extent;
 use crate::kernel::Aabb;
+use crate::parallel;
 use glam::DVec3;
 
 /// One primitive to be put in the tree.
@@ -52,6 +53,25 @@ impl Items {
     pub fn push(&mut self, item: &Item) {
         let tag = Tag::new(item);
         self.extents.push(self.extent(item.bounds, tag));
+    }
+
+    /// Adds those of `item(0)` to `item(count - 1)` that have finite bounds; the rows of the others.
+    pub fn extend(&mut self, count: usize, item: impl Fn(usize) -> Item + Send + Sync) -> Vec<u32> {
+        let first = self.extents.len();
+        let mut extents = std::mem::take(&mut self.extents);
+        parallel::extend(&mut extents, count, |k| {
+            let item = item(k);
+            self.extent(item.bounds, Tag::new(&item))
+        });
+        self.extents = extents;
+        let loose = |k: usize| !self.extents[first + k].is_finite();
+        if !parallel::fold(count, false, loose, |a, b| a || b) {
+            return Vec::new();
+        }
+        let (finite, loose): (Vec<_>, Vec<_>) =
+            self.extents.drain(first..).partition(|extent| extent.is_finite());
+        self.extents.extend(finite);
+        loose.iter().map(|extent| Tag::of(extent).row).collect()
     }
 
     /// How many.

@@ -81,6 +81,15 @@ impl Child {
         Self::new(run as u32, Self::SEVERAL)
     }
 
+    /// The same child where so many nodes and runs have come before those it was made among.
+    pub fn behind(self, nodes: usize, runs: usize) -> Self {
+        match self.what() {
+            0 => Self::node(self.index() + nodes),
+            Self::SEVERAL => Self::runs(self.index() + runs),
+            _ => self,
+        }
+    }
+
     /// True for a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {

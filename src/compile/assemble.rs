@@ -5,6 +5,7 @@ use super::{COMPOSITE, Columns, Compiled, Flat, Kind, PART, Tag, WithBlock};
 use crate::bvh::{Item, Items, Preset, Run, build};
 use crate::kernel::{Aabb, Block};
 use crate::lane::Scalar;
+use crate::parallel;
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -21,7 +22,8 @@ struct Whole;
 impl<S: Scalar> WithBlock<S> for Whole {
     type Output = Aabb;
     fn block<B: Block<S>>(self, block: &B) -> Aabb {
-        (0..block.len()).map(|row| block.bounds(row)).filter(Aabb::is_finite).fold(Aabb::EMPTY, Aabb::union)
+        let bounds = |row| Some(block.bounds(row)).filter(Aabb::is_finite).unwrap_or(Aabb::EMPTY);
+        parallel::fold(block.len(), Aabb::EMPTY, bounds, Aabb::union)
     }
 }
 
@@ -72,13 +74,8 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         let order = &order[kind as usize];
         columns.permute(kind, order);
         let tags = &plain[kind as usize];
-        owner.reserve(order.len());
-        rank.reserve(order.len());
-        for &row in order {
-            let tag = tags[row as usize];
-            owner.push(tag.owner);
-            rank.push(tag.rank);
-        }
+        parallel::extend(&mut owner, order.len(), |k| tags[order[k] as usize].owner);
+        parallel::extend(&mut rank, order.len(), |k| tags[order[k] as usize].rank);
     }
     let first_part = owner.len() as u32;
     owner.extend(part_tags.iter().map(|tag| tag.owner));
@@ -177,14 +174,14 @@ impl<S: Scalar> WithBlock<S> for Gather<'_> {
     fn block<B: Block<S>>(self, block: &B) {
         let Self { items, loose, kind, tags } = self;
         let cost = kind.cost() * if kind.tests_across() { AMONG_OTHERS } else { 1.0 };
-        for (row, tag) in tags.iter().enumerate() {
-            let (bounds, index) = (block.bounds(row), row as u32);
-            if bounds.is_finite() {
-                items.push(&Item { bounds, kind: kind as u8, class: tag.class, index, cost });
-            } else {
-                loose.push(index);
-            }
-        }
+        let item = |row: usize| Item {
+            bounds: block.bounds(row),
+            kind: kind as u8,
+            class: tags[row].class,
+            index: row as u32,
+            cost,
+        };
+        *loose = items.extend(tags.len(), item);
     }
 }
 

@@ -1,10 +1,11 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
-use super::shapes::{push, push_mesh, smooth_triangles};
+use super::shapes::{push, push_mesh};
 use super::{Body, Columns, Flat, Kind, MeshBody, Owner, Tag, WithBlock, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
+use crate::parallel;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
 use crate::texture::TextureBuilder;
 use glam::DVec3;
@@ -102,6 +103,22 @@ enum Within {
     Merge,
     /// Whatever cuts: nothing counts.
     Intersection,
+}
+
+/// The tags of a mesh's triangles.
+struct MeshTags {
+    whole: Tag,
+    /// By triangle; nothing if all look as the mesh does.
+    looks: Vec<Tag>,
+    first_rank: u32,
+}
+
+impl MeshTags {
+    /// Of two triangles at one place the first is seen, so each has a rank of its own.
+    fn of(&self, triangle: u32) -> Tag {
+        let look = self.looks.get(triangle as usize).unwrap_or(&self.whole);
+        Tag { rank: self.first_rank + triangle, ..*look }
+    }
 }
 
 /// Whether a node is inside out.
@@ -286,12 +303,10 @@ impl<S: Scalar> Pass<S> {
                     self.mesh_bodies.push(MeshBody { ranks, interior, inverse });
                 }
                 let place = handed.place.then(&self.to_compiled);
-                let smooth = smooth_triangles(mesh);
-                self.plain[Kind::Triangle as usize].reserve(tags.len() - smooth);
-                self.plain[Kind::SmoothTriangle as usize].reserve(smooth);
-                push_mesh(&mut self.columns, mesh, &place, |kind, _, triangle| {
-                    self.plain[kind as usize].push(tags[triangle]);
-                });
+                for (kind, triangles) in push_mesh(&mut self.columns, mesh, &place) {
+                    let plain = &mut self.plain[kind as usize];
+                    parallel::extend(plain, triangles.len(), |k| tags.of(triangles[k]));
+                }
             }
             shape => {
                 let mut handed = handed;
@@ -408,23 +423,20 @@ impl<S: Scalar> Pass<S> {
         number
     }
 
-    /// A tag for each triangle.
-    fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> Vec<Tag> {
+    fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> MeshTags {
         let own = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
         let blocks = mesh.blocks_light(own);
         let whole = self.tag(handed, blocks);
-        let mut tags = self.look_tags(mesh, handed, whole, blocks);
-        // Of two triangles at one place the first is seen, so each has a rank of its own.
-        for tag in &mut tags {
-            tag.rank = self.rank;
-            self.rank += 1;
-        }
-        tags
+        let looks = self.look_tags(mesh, handed, whole, blocks);
+        let first_rank = self.rank;
+        self.rank += mesh.triangles.len() as u32;
+        MeshTags { whole, looks, first_rank }
     }
 
+    /// By triangle, without ranks; nothing if all look as the mesh does.
     fn look_tags(&mut self, mesh: &Mesh, handed: &Handed, whole: Tag, blocks: bool) -> Vec<Tag> {
         if mesh.textures.is_empty() {
-            return vec![whole; mesh.triangles.len()];
+            return Vec::new();
         }
         let own: Vec<u32> = mesh.textures.iter().map(|t| self.texture(&(t.clone(), handed.place))).collect();
         let mut tags = FxHashMap::default();
@@ -572,14 +584,18 @@ impl<S: Scalar> Pass<S> {
         let mesh_tags = self.mesh_tags(mesh, handed);
         let place = handed.place.then(&self.to_compiled);
         let (mut rows, mut numbers, mut bounds) = (Vec::new(), Vec::new(), Aabb::EMPTY);
-        push_mesh(&mut self.parts, mesh, &place, |kind, row, triangle| rows.push((kind, row, triangle)));
-        for (kind, row, triangle) in rows {
+        for (kind, triangles) in push_mesh(&mut self.parts, mesh, &place) {
+            let first = self.parts.len(kind) - triangles.len();
+            rows.extend(triangles.iter().enumerate().map(|(k, &triangle)| (triangle, kind, first + k)));
+        }
+        rows.sort_unstable();
+        for (triangle, kind, row) in rows {
             bounds = bounds.union(self.parts.bounds(kind, row));
             numbers.push(self.part(kind, row, mesh.inside_vector.is_some()));
             if let Some(part) = self.csg.parts.last_mut() {
                 part.inverted = inverted;
             }
-            tags.push(mesh_tags[triangle]);
+            tags.push(mesh_tags.of(triangle));
         }
         (NodeKind::Odd(self.list(&numbers)), bounds)
     }

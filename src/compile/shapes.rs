@@ -2,8 +2,8 @@
 //! axis-parallel where it can, and whatever else is bent goes to a block with a space of its own.
 
 use super::{Columns, Kind};
-use crate::kernel::Block;
 use crate::lane::Scalar;
+use crate::parallel;
 use crate::scene::{Mesh, Shape, Transform};
 use glam::DVec3;
 
@@ -95,43 +95,30 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
     }
 }
 
-/// Adds a mesh's triangles; `placed` is told block, row and triangle.
+/// Adds a mesh's triangles: by block, which of them it took, in the order of its new rows.
 pub(super) fn push_mesh<S: Scalar>(
     columns: &mut Columns<S>,
     mesh: &Mesh,
     place: &Transform,
-    mut placed: impl FnMut(Kind, usize, usize),
-) {
-    let vertices: Vec<DVec3> = mesh.vertices.iter().map(|&v| place.point(v)).collect();
-    let mut normals: Vec<DVec3> = mesh.normals.iter().map(|&n| place.normal(n)).collect();
+) -> [(Kind, Vec<u32>); 2] {
+    let triangles = &mesh.triangles;
+    let vertices = parallel::list(mesh.vertices.len(), |k| place.point(mesh.vertices[k]));
+    let mut normals = parallel::list(mesh.normals.len(), |k| place.normal(mesh.normals[k]));
     shrink(&mut normals);
+    let (smooth, flat): (Vec<u32>, Vec<u32>) =
+        (0..triangles.len() as u32).partition(|&k| triangles[k as usize].normals.is_some());
+    let of = |k: u32| triangles[k as usize].vertices;
+    let corners = |k: u32| of(k).map(|v| vertices[v as usize]);
+    let shading = |k: u32| triangles[k as usize].normals.unwrap_or_default().map(|n| normals[n as usize]);
     // A mesh's triangles keep their fronts in a mirror image; those by themselves do not (measured in POV-Ray 3.7).
     let mirrors = place.forward.matrix3.determinant() < 0.0;
-    let smooth = smooth_triangles(mesh);
-    columns.triangles.reserve(mesh.triangles.len() - smooth);
-    columns.smooth_triangles.reserve(smooth);
-    for (number, triangle) in mesh.triangles.iter().enumerate() {
-        let corners = triangle.vertices.map(|v| vertices[v as usize]);
-        match triangle.normals {
-            None => {
-                columns.triangles.push(corners);
-                if mirrors {
-                    let [a, b, c] = triangle.vertices.map(|v| mesh.vertices[v as usize]);
-                    columns.triangles.face(place.normal((c - a).cross(b - a)));
-                }
-                placed(Kind::Triangle, columns.triangles.len() - 1, number);
-            }
-            Some(indices) => {
-                columns.smooth_triangles.push(corners, indices.map(|n| normals[n as usize]));
-                placed(Kind::SmoothTriangle, columns.smooth_triangles.len() - 1, number);
-            }
-        }
-    }
-}
-
-/// How many of a mesh's triangles have normals of their own.
-pub(super) fn smooth_triangles(mesh: &Mesh) -> usize {
-    mesh.triangles.iter().filter(|triangle| triangle.normals.is_some()).count()
+    let front = |k: u32| {
+        let [a, b, c] = of(k).map(|v| mesh.vertices[v as usize]);
+        place.normal((c - a).cross(b - a))
+    };
+    columns.triangles.extend(flat.len(), |k| (corners(flat[k]), mirrors.then(|| front(flat[k]))));
+    columns.smooth_triangles.extend(smooth.len(), |k| (corners(smooth[k]), shading(smooth[k])));
+    [(Kind::Triangle, flat), (Kind::SmoothTriangle, smooth)]
 }
 
 /// A normal on the side of a polygon's first corner that has an area: POV-Ray's front.

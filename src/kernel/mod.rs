@@ -14,6 +14,7 @@ mod coin;
 mod cone;
 mod disc;
 mod ellipsoid;
+mod fours;
 mod frame;
 mod obox;
 mod outline;
@@ -44,6 +45,7 @@ pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
 
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, equal_lanes};
+use crate::parallel;
 use glam::DVec3;
 
 /// Eight rays with unit directions.
@@ -317,8 +319,8 @@ pub(crate) fn first_beyond<L: Lane>(roots: impl DoubleEndedIterator<Item = L>, f
 }
 
 /// Helper for [`Block::permute`]: one column in a new order.
-pub(crate) fn permuted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
-    order.iter().map(|&i| column[i as usize]).collect()
+pub(crate) fn permuted<T: Copy + Send + Sync>(column: &[T], order: &[u32]) -> Vec<T> {
+    parallel::list(order.len(), |k| column[order[k] as usize])
 }
 
 /// The row that eight primitives are, if they are one: neighbours mostly meet one and the same. (To be asked once for all columns.)

@@ -1,45 +1,22 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
+use super::fours::{Four, Fours};
 use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four, one_row};
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` spheres (`radius` at least 0): columns `center` (3) and `radius`, all in scene units.
 ///
-/// Columns are cut into fours that lie together: in single precision a leaf's spheres come with one cache line.
+/// In single precision four of them are a cache line.
 #[derive(Debug, Clone, Default)]
 pub struct Spheres<S> {
-    fours: Vec<Spheres4<S>>,
-    len: usize,
+    rows: Fours<S, 4>,
 }
-
-/// Four spheres: their centres' coordinates, then their radii.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(64))]
-struct Spheres4<S>([[S; 4]; 4]);
 
 impl<S: Scalar> Spheres<S> {
     /// Adds a row, rounded to the columns' precision.
     pub fn push(&mut self, center: DVec3, radius: f64) {
-        self.push_row([center.x, center.y, center.z, radius].map(S::from_f64));
-    }
-
-    fn push_row(&mut self, row: [S; 4]) {
-        if self.len.is_multiple_of(4) {
-            self.fours.push(Spheres4::default());
-        }
-        if let Some(Spheres4(columns)) = self.fours.last_mut() {
-            for (column, x) in columns.iter_mut().zip(row) {
-                column[self.len % 4] = x;
-            }
-        }
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn row(&self, i: usize) -> [S; 4] {
-        let Spheres4(columns) = &self.fours[i / 4];
-        [0, 1, 2, 3].map(|k| columns[k][i % 4])
+        self.rows.push([center.x, center.y, center.z, radius].map(S::from_f64));
     }
 }
 
@@ -79,7 +56,7 @@ fn crossings<L: Lane>(center: Vec3<L>, radius: L, rays: &Rays<L>, left: Option<&
 /// [`crossings`] of one ray with four spheres: see [`Block::near_in_four`].
 #[inline(always)]
 fn near_crossings<S: Scalar>(
-    four: &Spheres4<S>,
+    four: &Four<S, 4>,
     ray: &Ray<S>,
     (t_min, t_max): (S, S),
     left: u8,
@@ -119,16 +96,16 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {
-        self.len
+        self.rows.len()
     }
 
     fn row_bytes(&self) -> usize {
-        4 * size_of::<S>()
+        self.rows.row_bytes()
     }
 
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 2] {
-        let [x, y, z, radius] = self.row(i).map(S::Lane::splat);
+        let [x, y, z, radius] = self.rows.row(i).map(S::Lane::splat);
         crossings(Vec3::new(x, y, z), radius, rays, left)
     }
 
@@ -136,7 +113,7 @@ impl<S: Scalar> Block<S> for Spheres<S> {
 
     #[inline(always)]
     fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
-        near_crossings(&self.fours[four], ray, limits, left)
+        near_crossings(self.rows.four(four), ray, limits, left)
     }
 
     fn resolve(
@@ -147,11 +124,9 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
         let [x, y, z, radius] = if let Some(row) = one_row(index) {
-            self.row(row).map(S::Lane::splat)
+            self.rows.row(row).map(S::Lane::splat)
         } else {
-            [0, 1, 2, 3].map(|k| {
-                S::Lane::from_fn(|lane| self.fours[index[lane] as usize / 4].0[k][index[lane] as usize % 4])
-            })
+            [0, 1, 2, 3].map(|k| self.rows.gather(k, index))
         };
         let center = Vec3::new(x, y, z);
         let from_center = (rays.origin - center) + rays.dir * t;
@@ -160,22 +135,18 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {
-        let [x, y, z, radius] = self.row(i).map(S::to_f64);
+        let [x, y, z, radius] = self.rows.row(i).map(S::to_f64);
         Some(Solid::Ball { center: DVec3::new(x, y, z), radius })
     }
 
     /// From the rounded columns, grown by the roundings of the sums here.
     fn bounds(&self, i: usize) -> Aabb {
-        let [x, y, z, radius] = self.row(i).map(S::to_f64);
+        let [x, y, z, radius] = self.rows.row(i).map(S::to_f64);
         let (center, radius) = (DVec3::new(x, y, z), DVec3::splat(radius));
         Aabb { min: center - radius, max: center + radius }.inflated(2.0 * f64::UNIT_ROUNDOFF)
     }
 
     fn permute(&mut self, order: &[u32]) {
-        let mut sorted = Self { fours: Vec::with_capacity(order.len().div_ceil(4)), len: 0 };
-        for &i in order {
-            sorted.push_row(self.row(i as usize));
-        }
-        *self = sorted;
+        self.rows = self.rows.permuted(order);
     }
 }

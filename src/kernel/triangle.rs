@@ -1,28 +1,23 @@
 //! Triangles, flat and smooth, without cracks between neighbours.
 
+use super::fours::{Four, Fours};
 use super::plane::finite;
 use super::{
     Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, less_four,
     permuted,
 };
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
+use crate::parallel;
 use glam::DVec3;
 
 /// `n` flat triangles `a`, `b`, `c`: columns `corner` (3 corners x 3) and `normal` (3, unit, along `(c - a) x (b - a)`, POV-Ray's
 /// side, unless it has been turned by [`Triangles::face`]).
 ///
-/// Columns are cut into fours that lie together, so that a leaf's triangles come with three or four cache lines and not
-/// with twelve. A triangle has a surface but no inside.
+/// A triangle has a surface but no inside. The places behind the last have no area and are never hit.
 #[derive(Debug, Clone, Default)]
 pub struct Triangles<S> {
-    fours: Vec<Four<S>>,
-    len: usize,
+    rows: Fours<S, 12>,
 }
-
-/// Four triangles: their corners' coordinates, then their normals'. Unused places have no area and are never hit.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(64))]
-struct Four<S>([[S; 4]; 12]);
 
 /// `n` triangles with a shading normal per corner (column `shading`, 3 corners x 3: a longer one weighs more).
 #[derive(Debug, Clone, Default)]
@@ -108,70 +103,42 @@ impl<L: Lane> Corners<L> {
 }
 
 impl<S: Scalar> Triangles<S> {
-    /// Makes room for `count` more rows.
-    pub fn reserve(&mut self, count: usize) {
-        self.fours.reserve((self.len + count).div_ceil(4) - self.fours.len());
-    }
-
     /// Adds a row, rounded to the columns' precision. Corners that triangles share must be given the same bits.
     ///
     /// A triangle of no area is never hit.
     pub fn push(&mut self, corners: [DVec3; 3]) {
-        let corners = corners.map(|c| c.to_array().map(|x| S::from_f64(x)));
-        let normal = unit_normal(corners.map(|c| DVec3::from_array(c.map(|x| x.to_f64()))));
-        let row: [S; 12] =
-            std::array::from_fn(|k| if k < 9 { corners[k / 3][k % 3] } else { S::from_f64(normal[k - 9]) });
-        self.push_row(&row);
+        self.rows.push(row_of(corners, None));
     }
 
-    /// Turns the last row's front to the side that `front` points to: mirrored triangles keep theirs in some places.
-    pub fn face(&mut self, front: DVec3) {
-        let Some(last) = self.len.checked_sub(1) else { return };
-        let row = self.row(last);
-        let normal = DVec3::new(row[9].to_f64(), row[10].to_f64(), row[11].to_f64());
-        if normal.dot(front) < 0.0
-            && let Some(Four(columns)) = self.fours.last_mut()
-        {
-            for column in &mut columns[9..] {
-                column[last % 4] = S::from_f64(-column[last % 4].to_f64());
-            }
-        }
-    }
-
-    fn push_row(&mut self, row: &[S; 12]) {
-        if self.len.is_multiple_of(4) {
-            self.fours.push(Four::default());
-        }
-        if let Some(Four(columns)) = self.fours.last_mut() {
-            for (column, x) in columns.iter_mut().zip(row) {
-                column[self.len % 4] = *x;
-            }
-        }
-        self.len += 1;
-    }
-
-    fn row(&self, i: usize) -> [S; 12] {
-        self.fours[i / 4].0.map(|column| column[i % 4])
+    /// Adds rows with the corners `corners(0)` to `corners(count - 1)`. What comes with them is the side that the front is to be on, if
+    /// not POV-Ray's: mirrored triangles keep theirs in some places.
+    pub fn extend(
+        &mut self,
+        count: usize,
+        corners: impl Fn(usize) -> ([DVec3; 3], Option<DVec3>) + Send + Sync,
+    ) {
+        self.rows.extend(count, |k| {
+            let (corners, front) = corners(k);
+            row_of(corners, front)
+        });
     }
 
     fn corners_of(&self, i: usize) -> [DVec3; 3] {
-        let row = self.row(i);
+        let row = self.rows.row(i);
         [0, 3, 6].map(|k| DVec3::new(row[k].to_f64(), row[k + 1].to_f64(), row[k + 2].to_f64()))
     }
 
     /// Triangle `i` in every lane.
     #[inline(always)]
     fn at(&self, i: usize) -> (Corners<S::Lane>, Vec3<S::Lane>) {
-        let Four(columns) = &self.fours[i / 4];
-        of_columns(|k| S::Lane::splat(columns[k][i % 4]))
+        let Four(columns) = self.rows.four(i / QUAD);
+        of_columns(|k| S::Lane::splat(columns[k][i % QUAD]))
     }
 
     /// Triangle `index[k]` in lane `k`.
     #[inline(always)]
     fn gathered(&self, index: &[u32; LANES]) -> (Corners<S::Lane>, Vec3<S::Lane>) {
-        of_columns(|k| {
-            S::Lane::from_fn(|lane| self.fours[index[lane] as usize / 4].0[k][index[lane] as usize % 4])
-        })
+        of_columns(|k| self.rows.gather(k, index))
     }
 }
 
@@ -214,7 +181,7 @@ fn to_plane<L: Lane>(corner: Vec3<L>, normal: Vec3<L>, rays: &Rays<L>, inside: M
 /// crossed at 0, which is not beyond `t_min`.)
 #[inline(always)]
 fn near_crossings<S: Scalar>(
-    four: &Four<S>,
+    four: &Four<S, 12>,
     ray: &Ray<S>,
     (t_min, t_max): (S, S),
     left: u8,
@@ -236,6 +203,14 @@ fn near_crossings<S: Scalar>(
     let t = dot_four(normal, corners[0]) / dot_four(normal, *dir);
     let seen = inside & t.gt(S::Quad::splat(t_min)) & t.le(S::Quad::splat(t_max));
     (t, seen.bits() & !left)
+}
+
+/// A triangle's numbers; its normal on the side of `front`, if that is given.
+fn row_of<S: Scalar>(corners: [DVec3; 3], front: Option<DVec3>) -> [S; 12] {
+    let corners = corners.map(|c| c.to_array().map(S::from_f64));
+    let normal = unit_normal(corners.map(|c| DVec3::from_array(c.map(S::to_f64))));
+    let normal = if front.is_some_and(|front| normal.dot(front) < 0.0) { -normal } else { normal };
+    std::array::from_fn(|k| if k < 9 { corners[k / 3][k % 3] } else { S::from_f64(normal[k - 9]) })
 }
 
 /// The unit normal of a triangle, zero if it has no area.
@@ -300,11 +275,11 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {
-        self.len
+        self.rows.len()
     }
 
     fn row_bytes(&self) -> usize {
-        12 * size_of::<S>()
+        self.rows.row_bytes()
     }
 
     #[inline(always)]
@@ -327,14 +302,14 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 
     #[inline(always)]
     fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
-        near_crossings(&self.fours[four], ray, limits, left)
+        near_crossings(self.rows.four(four), ray, limits, left)
     }
 
     const OUTLINED: bool = true;
 
     #[inline(always)]
     fn outlines(&self, four: usize, center: &Center<S>) -> Outlines {
-        let Four(columns) = &self.fours[four];
+        let Four(columns) = self.rows.four(four);
         let column = |k: usize| S::Quad::from_array(columns[k]);
         let corner = |k: usize| [column(k), column(k + 1), column(k + 2)];
         Outlines::of::<S>([corner(0), corner(3), corner(6)], center)
@@ -348,8 +323,8 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         through: Mask<S::Lane>,
         from: S::Lane,
     ) -> S::Lane {
-        let Four(columns) = &self.fours[i / 4];
-        let column = |k: usize| S::Lane::splat(columns[k][i % 4]);
+        let Four(columns) = self.rows.four(i / QUAD);
+        let column = |k: usize| S::Lane::splat(columns[k][i % QUAD]);
         let three = |k: usize| Vec3::new(column(k), column(k + 1), column(k + 2));
         first_beyond(std::iter::once(finite(to_plane(three(0), three(9), rays, through))), from)
     }
@@ -380,19 +355,13 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 
     #[inline(always)]
     fn corners_in_four(&self, four: usize) -> Option<[[f64; QUAD]; 9]> {
-        let Four(columns) = &self.fours[four];
+        let Four(columns) = self.rows.four(four);
         Some(std::array::from_fn(|k| columns[k].map(S::to_f64)))
     }
 
     /// Exact: the corners themselves.
     fn bounds(&self, i: usize) -> Aabb {
-        let Four(columns) = &self.fours[i / 4];
-        let [a, b, c] = [0, 3, 6].map(|k| [0, 1, 2].map(|axis| columns[k + axis][i % 4]));
-        let less = |a: S, b: S| if b < a { b } else { a };
-        let more = |a: S, b: S| if b > a { b } else { a };
-        let corner =
-            |pick: fn(S, S) -> S| DVec3::from_array([0, 1, 2].map(|k| pick(pick(a[k], b[k]), c[k]).to_f64()));
-        Aabb { min: corner(less), max: corner(more) }
+        Aabb::of(self.corners_of(i))
     }
 
     fn pieces(&self, i: usize, least: f64, most: usize, out: &mut Vec<Aabb>) {
@@ -400,26 +369,21 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     }
 
     fn permute(&mut self, order: &[u32]) {
-        let mut sorted = Self { fours: Vec::with_capacity(order.len().div_ceil(4)), len: 0 };
-        for &i in order {
-            sorted.push_row(&self.row(i as usize));
-        }
-        *self = sorted;
+        self.rows = self.rows.permuted(order);
     }
 }
 
 impl<S: Scalar> SmoothTriangles<S> {
-    /// Makes room for `count` more rows.
-    pub fn reserve(&mut self, count: usize) {
-        self.flat.reserve(count);
-        self.shading.iter_mut().for_each(|column| column.reserve(count));
-    }
-
     /// Adds a row, as for flat triangles; `normals` are one a corner, about unit length; a longer one weighs more.
     pub fn push(&mut self, corners: [DVec3; 3], normals: [DVec3; 3]) {
-        self.flat.push(corners);
-        for (column, x) in self.shading.iter_mut().zip(normals.iter().flat_map(|n| n.to_array())) {
-            column.push(S::from_f64(x));
+        self.extend(1, |_| (corners, normals));
+    }
+
+    /// Adds rows with the corners and normals `row(0)` to `row(count - 1)`.
+    pub fn extend(&mut self, count: usize, row: impl Fn(usize) -> ([DVec3; 3], [DVec3; 3]) + Send + Sync) {
+        self.flat.extend(count, |k| (row(k).0, None));
+        for (column, shading) in self.shading.iter_mut().enumerate() {
+            parallel::extend(shading, count, |k| S::from_f64(row(k).1[column / 3][column % 3]));
         }
     }
 }
