@@ -303,7 +303,7 @@ impl<S: Scalar> Pass<S> {
                     self.mesh_bodies.push(MeshBody { ranks, interior, inverse });
                 }
                 let place = handed.place.then(&self.to_compiled);
-                for (kind, triangles) in push_mesh(&mut self.columns, mesh, &place) {
+                for (kind, triangles) in push_mesh(&mut self.columns, mesh, &place, true) {
                     let plain = &mut self.plain[kind as usize];
                     parallel::extend(plain, triangles.len(), |k| tags.of(triangles[k]));
                 }
@@ -584,7 +584,7 @@ impl<S: Scalar> Pass<S> {
         let mesh_tags = self.mesh_tags(mesh, handed);
         let place = handed.place.then(&self.to_compiled);
         let (mut rows, mut numbers, mut bounds) = (Vec::new(), Vec::new(), Aabb::EMPTY);
-        for (kind, triangles) in push_mesh(&mut self.parts, mesh, &place) {
+        for (kind, triangles) in push_mesh(&mut self.parts, mesh, &place, false) {
             let first = self.parts.len(kind) - triangles.len();
             rows.extend(triangles.iter().enumerate().map(|(k, &triangle)| (triangle, kind, first + k)));
         }

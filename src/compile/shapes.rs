@@ -95,11 +95,13 @@ pub(super) fn push<S: Scalar>(columns: &mut Columns<S>, shape: &Shape, place: &T
     }
 }
 
-/// Adds a mesh's triangles: by block, which of them it took, in the order of its new rows.
+/// Adds a mesh's triangles: by block, which of them it took, in the order of its new rows. They may wait for their places if rows are
+/// put in order before any ray comes.
 pub(super) fn push_mesh<S: Scalar>(
     columns: &mut Columns<S>,
     mesh: &Mesh,
     place: &Transform,
+    may_wait: bool,
 ) -> [(Kind, Vec<u32>); 2] {
     let triangles = &mesh.triangles;
     let vertices = parallel::list(mesh.vertices.len(), |k| place.point(mesh.vertices[k]));
@@ -116,8 +118,18 @@ pub(super) fn push_mesh<S: Scalar>(
         let [a, b, c] = of(k).map(|v| mesh.vertices[v as usize]);
         place.normal((c - a).cross(b - a))
     };
-    columns.triangles.extend(flat.len(), |k| (corners(flat[k]), mirrors.then(|| front(flat[k]))));
-    columns.smooth_triangles.extend(smooth.len(), |k| (corners(smooth[k]), shading(smooth[k])));
+    if may_wait && !mirrors && !flat.is_empty() {
+        columns.triangles.add_waiting(&vertices, flat.len(), |k| of(flat[k]));
+    } else {
+        let row = |k: usize| (corners(flat[k]), mirrors.then(|| front(flat[k])));
+        columns.triangles.extend(flat.len(), row);
+    }
+    if may_wait && !smooth.is_empty() {
+        let row = |k: usize| (of(smooth[k]), shading(smooth[k]));
+        columns.smooth_triangles.add_waiting(&vertices, smooth.len(), row);
+    } else {
+        columns.smooth_triangles.extend(smooth.len(), |k| (corners(smooth[k]), shading(smooth[k])));
+    }
     [(Kind::Triangle, flat), (Kind::SmoothTriangle, smooth)]
 }
 
