@@ -1,6 +1,7 @@
 //! `octray compare`: how far two picture files are apart.
 
 use super::Failure;
+use super::number::number;
 use super::overwrite::refuse_overwrites;
 use super::streams::{line_to_stdout, to_stdout};
 use clap::ValueEnum;
@@ -22,7 +23,7 @@ pub struct Args {
     #[arg(long, value_name = "OUT.png")]
     strip: Option<PathBuf>,
     /// What differences are multiplied by in the strip
-    #[arg(long, value_name = "X", default_value_t = AMPLIFY, value_parser = factor)]
+    #[arg(long, value_name = "X", default_value_t = AMPLIFY, value_parser = number(0.0..=f32::MAX, "a number from 0 on"))]
     amplify: f32,
     /// Figures as JSON instead of a table
     #[arg(long)]
@@ -31,7 +32,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t)]
     input_gamma: InputGamma,
     /// Fail (exit code 1) unless at least this share of the pixels off edges agree within 2e-3
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = number(0.0..=1.0, "a share from 0 to 1"))]
     gate: Option<f64>,
 }
 
@@ -112,20 +113,4 @@ fn table(found: &Comparison) -> String {
         out += &format!("there: expected {}, actual {}\n", rgb(worst.expected), rgb(worst.actual));
     }
     out + &format!("edges: neighbours in the expected picture differ by over {EDGE_CONTRAST}\n")
-}
-
-/// A number for `--amplify`.
-fn factor(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(factor) if factor.is_finite() && factor >= 0.0 => Ok(factor),
-        _ => Err("expected a number from 0 on".into()),
-    }
-}
-
-/// A share for `--gate`.
-pub fn share(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err("expected a share from 0 to 1".into()),
-    }
 }

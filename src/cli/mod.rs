@@ -7,6 +7,7 @@ mod check;
 mod compare;
 mod cpu;
 mod crosscheck;
+mod number;
 mod overwrite;
 mod progress;
 mod rays;

@@ -1,6 +1,7 @@
 //! `octray render`: a scene to a picture file.
 
 use super::Failure;
+use super::number::number;
 use super::overwrite::refuse_overwrites;
 use super::progress::Bar;
 use super::scene::{SceneArgs, load};
@@ -310,13 +311,9 @@ fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// A number for `--threads`.
+/// A number for `--threads`. Each has a stack and queues of its own; more than there are processors only take memory.
 pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        // Each has a stack and queues of its own; more than there are processors only take memory.
-        Ok(threads @ 0..=1024) => Ok(threads),
-        _ => Err("expected a number from 0 (one per processor) to 1024".into()),
-    }
+    number(0..=1024, "a number from 0 (one per processor) to 1024")(text)
 }
 
 fn transfer(text: &str) -> Result<Transfer, String> {

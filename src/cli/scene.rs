@@ -1,6 +1,7 @@
 //! What every command that reads scenes shares: its arguments, and telling what is wrong.
 
 use super::Failure;
+use super::number::number;
 use octray::eval::{self, Evaluation, Stream};
 use octray::lang::Severity;
 use octray::render::shape_counts;
@@ -19,7 +20,7 @@ pub struct SceneArgs {
     #[arg(short = 'D', long = "declare", value_name = "NAME=VALUE", value_parser = name_and_value)]
     pub declares: Vec<(String, String)>,
     /// What the scene finds in `clock`
-    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true, value_parser = number(f64::MIN..=f64::MAX, "a finite number"))]
     pub clock: f64,
     /// Leave out what octray does not model yet, with a warning, instead of refusing the scene
     #[arg(long)]
@@ -166,14 +167,6 @@ fn write_messages(
 /// "1 error", "2 errors".
 pub fn plural(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A number for `--clock`.
-fn finite(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("expected a finite number".into()),
-    }
 }
 
 fn name_and_value(text: &str) -> Result<(String, String), String> {

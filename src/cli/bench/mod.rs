@@ -13,6 +13,7 @@ mod table;
 use super::Failure;
 use super::crosscheck::povray::PovRay;
 use super::crosscheck::scenes;
+use super::number::number;
 use super::render::threads;
 use super::scene::SceneArgs;
 use super::streams::{line_to_stdout, to_stdout};
@@ -43,7 +44,7 @@ pub struct Args {
     #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = threads)]
     threads: usize,
     /// Leave the oracle out where it would take longer than this
-    #[arg(long, value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 15.0, value_parser = number(0.0.., "seconds, from 0 on"))]
     oracle_limit: f64,
     #[command(flatten)]
     scene_args: SceneArgs,
@@ -74,14 +75,6 @@ struct Machine {
     height: u32,
     threads: usize,
     rounds: u32,
-}
-
-/// A time for `--oracle-limit`.
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds >= 0.0 => Ok(seconds),
-        _ => Err("expected seconds, from 0 on".into()),
-    }
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {

@@ -14,7 +14,8 @@ mod report;
 mod verdict;
 
 use super::Failure;
-use super::compare::{gate, share};
+use super::compare::gate;
+use super::number::number;
 use super::render::TracingArgs;
 use super::scene::{SceneArgs, load};
 use super::streams::line_to_stdout;
@@ -61,7 +62,7 @@ pub struct Args {
     #[arg(long, value_name = "PROGRAM", default_value = "povray")]
     povray: PathBuf,
     /// Fail (exit code 1) unless at least this share of each scene's pixels off edges agree within 2e-3
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = number(0.0..=1.0, "a share from 0 to 1"))]
     gate: Option<f64>,
 }
 
