@@ -111,6 +111,7 @@ fn no_script_is_endless() {
         "#declare A = sphere { 0, 1 } #while (1) #declare A = union { object { A } } #end",
         "#declare A = sphere { 0, 1 } #while (1) #declare A = sphere { 0, 1 clipped_by { object { A } } } #end",
         "#declare A = sphere { 0, 1 } #while (1) #declare A = union { light_source { 0, 1 looks_like { A } } } #end",
+        "#declare A = light_source { 0, 1 } #while (1) #declare A = light_source { 0, 1 looks_like { A } } #end",
         "#declare A = union { light_source { 0, 1 } } #while (1) #declare A = union { object { A } object { A } } #end",
         "#declare A = sphere { 0, 1 } #for (I, 1, 40) #declare A = union { object { A } object { A } } #end
          #declare B = min_extent(A);",
@@ -138,6 +139,15 @@ fn no_script_is_endless() {
     for script in scripts {
         assert!(from_text("test.scn", script, &options).has_errors(), "{script}");
     }
+}
+
+/// There are 2^40 ways to the ball.
+#[test]
+fn finishes_of_shared_parts_are_asked_once() {
+    let text = "#declare A = sphere { 0, 1 finish { ior 1.5 } }
+        #for (I, 1, 40) #declare A = union { object { A } object { A } } #end object { A }";
+    let done = from_text("test.scn", text, &Options::default());
+    assert_eq!(done.scene.objects[0].interior.as_ref().unwrap().ior, 1.5);
 }
 
 /// Empty texts were charged nothing: half a minute of them took all memory there was.

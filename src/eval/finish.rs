@@ -14,6 +14,9 @@ struct Albedo {
     specular: bool,
 }
 
+/// What is missing of a `finish` with a `refraction` other than 1.
+const REFRACTION: &str = "refraction of a finish";
+
 impl Machine<'_> {
     /// The block behind `finish`, which changes `base`.
     pub fn finish(&mut self, base: &mut With<Finish>) -> Res<()> {
@@ -139,10 +142,19 @@ impl Machine<'_> {
                 self.next()?;
                 self.switch_value()?;
             }
-            // Moved to `interior` long ago; without one these do nothing here.
-            K::Ior | K::Refraction | K::Caustics | K::FadeDistance | K::FadePower => {
+            // Moved to `interior` long ago, and written into it when the object is placed.
+            K::Ior | K::Refraction | K::Caustics => {
                 self.next()?;
-                self.float()?;
+                let value = self.finite()?;
+                let said = (value >= 0.0).then_some(value);
+                match word {
+                    K::Ior => base.value.ior = said,
+                    K::Caustics => base.value.caustics = said,
+                    // Light that goes through is multiplied by it.
+                    _ if value == 1.0 => self.forget(&mut base.lacks, REFRACTION),
+                    _ => base.lacks.add(&self.lack(REFRACTION, at)),
+                }
+                self.finishes_of_interiors |= said.is_some() && word != K::Refraction;
                 self.warn("finish ior", format!("`{}` belongs in `interior`", word.text()), self.span(at));
             }
             _ => return Ok(false),

@@ -114,6 +114,8 @@ pub(super) struct Machine<'a> {
     /// What `#default` has made of the texture, and the same shared among the objects that have no other.
     pub default_texture: super::value::With<crate::scene::Texture>,
     pub default_shared: Option<Arc<crate::scene::Texture>>,
+    /// Some finish so far says what the interior of its object is to be.
+    pub finishes_of_interiors: bool,
     /// Library blocks that have not been asked for yet, and those that have.
     pub later: super::later::Blocks,
     pub scene: Scene,
@@ -168,6 +170,7 @@ impl<'a> Machine<'a> {
             late_version: None,
             default_texture: Default::default(),
             default_shared: None,
+            finishes_of_interiors: false,
             later: Default::default(),
             scene: Scene::default(),
             messages: Vec::new(),

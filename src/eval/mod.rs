@@ -27,6 +27,7 @@ mod directive;
 mod expr;
 mod files;
 mod finish;
+mod finish_interior;
 mod follows;
 mod function;
 mod geometry;

@@ -2,7 +2,7 @@
 //!
 //! In come whole objects; out they go into the scene's list, each with a texture, but for what shows the texture of what it cuts.
 
-use super::machine::Machine;
+use super::machine::{Machine, Res};
 use super::value::ObjectValue;
 use crate::scene::{CsgOp, Object, Shape, Texture};
 use rustc_hash::FxHashMap;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 impl Machine<'_> {
     /// Puts an object and its lights into the scene.
-    pub fn place(&mut self, value: ObjectValue) {
+    pub fn place(&mut self, value: ObjectValue) -> Res<()> {
         self.miss(&value.lacks);
         if !value.lights.is_empty() {
             self.scene.lights.extend(value.lights);
@@ -20,8 +20,12 @@ impl Machine<'_> {
             if object.texture.is_none() || Arc::strong_count(&object) > 1 {
                 self.give_default(Arc::make_mut(&mut object), value.facts.cutaway, &mut Given::default());
             }
+            if self.finishes_of_interiors {
+                self.interior_of_finishes(&mut object)?;
+            }
             self.scene.objects.push(object);
         }
+        Ok(())
     }
 
     /// Gives the default texture to what has none, but not to what `cutaway_textures` is to give one. `cutaway` is false if

@@ -74,7 +74,7 @@ impl Machine<'_> {
             Token::Name(_) => {
                 return match self.named_object()? {
                     Some(object) => {
-                        self.place(object);
+                        self.place(object)?;
                         Ok(true)
                     }
                     None => self.expected("an object, a light, a camera or a directive"),
@@ -108,7 +108,7 @@ impl Machine<'_> {
             }
             _ if self.atmosphere(word, at)? => {}
             _ => match self.object()? {
-                Some(object) => self.place(object),
+                Some(object) => self.place(object)?,
                 None => return self.expected("an object, a light, a camera or a directive"),
             },
         }

@@ -33,6 +33,10 @@ pub struct Finish {
     pub reflection: Reflection,
     /// Transmitted light is lessened by what is reflected.
     pub conserve_energy: bool,
+    /// What old scenes say of the interior here; it is in [`super::Interior::ior`] of placed objects.
+    pub ior: Option<f64>,
+    /// The same of [`super::Interior::caustics`], 45 times that.
+    pub caustics: Option<f64>,
     /// Light that goes about below the surface; not rendered.
     pub subsurface: Option<Subsurface>,
 }
@@ -80,6 +84,8 @@ impl Default for Finish {
             irid_thickness: 0.0,
             reflection: Reflection::default(),
             conserve_energy: false,
+            ior: None,
+            caustics: None,
             subsurface: None,
         }
     }
