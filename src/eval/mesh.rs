@@ -29,6 +29,14 @@ struct Draft {
     degenerate: usize,
 }
 
+/// Unit normals nearer to each other than this are one (measured in POV-Ray: flat at 1e-5, smooth at 1.03e-5).
+const ALIKE: f64 = 1e-5;
+
+/// True if POV-Ray leaves a mesh's triangle with these unit normals at its corners flat: by its own normal, whatever these are.
+fn are_alike(&[a, b, c]: &[DVec3; 3]) -> bool {
+    (a - b).length() < ALIKE && (a - c).length() < ALIKE
+}
+
 impl Machine<'_> {
     /// The triangles of a `mesh`.
     pub fn mesh(&mut self, at: Lexeme) -> Res<ObjectValue> {
@@ -94,7 +102,7 @@ impl Machine<'_> {
         let mesh = &mut draft.mesh;
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(vertices);
-        let normals = normals.map(|normals| {
+        let normals = normals.filter(|normals| !are_alike(normals)).map(|normals| {
             let first = mesh.normals.len() as u32;
             mesh.normals.extend(normals);
             [first, first + 1, first + 2]
@@ -194,12 +202,16 @@ impl Machine<'_> {
         if !faces_seen {
             return self.expected("`face_indices` and the other lists of a mesh2");
         }
+        let (normals, vertices) = (draft.mesh.normals.len(), draft.mesh.vertices.len());
+        if normal_faces.is_empty() && normals != 0 && normals != vertices {
+            let message = format!("{normals} normals for {vertices} vertices need `normal_indices`");
+            return Err(self.error(message, self.span(at)));
+        }
         // Without `normal_indices`, each vertex has the normal of its own number.
-        let normal_faces =
-            match normal_faces.is_empty() && draft.mesh.normals.len() == draft.mesh.vertices.len() {
-                true => &faces.vertices,
-                false => &normal_faces,
-            };
+        let normal_faces = match normal_faces.is_empty() && normals == vertices {
+            true => &faces.vertices,
+            false => &normal_faces,
+        };
         draft.mesh.triangles.reserve_exact(faces.vertices.len());
         for (index, &vertices) in faces.vertices.iter().enumerate() {
             let corners = vertices.map(|v| draft.mesh.vertices[v as usize]);
@@ -207,7 +219,10 @@ impl Machine<'_> {
                 draft.degenerate += 1;
                 continue;
             }
-            let normals = normal_faces.get(index).copied();
+            let normals = normal_faces
+                .get(index)
+                .filter(|corners| !are_alike(&corners.map(|n| draft.mesh.normals[n as usize])))
+                .copied();
             let textures = faces.textures.get(index).copied().flatten();
             draft.mesh.triangles.push(MeshTriangle { vertices, normals, textures });
         }
