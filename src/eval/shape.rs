@@ -249,8 +249,31 @@ impl Machine<'_> {
             self.warn("degenerate", "a polygon of fewer than 3 points cannot be seen", span);
             return Ok(None);
         }
+        let off = out_of_plane(&outlines);
+        if off > PLANAR {
+            let message = format!(
+                "a polygon that is not flat cannot be seen: a point is {off:.1e} off the plane of others"
+            );
+            self.warn("bent polygon", message, span);
+            return Ok(None);
+        }
         Ok(Some(Shape::Polygon { outlines }))
     }
+}
+
+/// POV-Ray leaves out polygons with a point farther off the plane than this, in units of the polygon's own space (measured:
+/// 1.00e-10 is seen, 1.06e-10 is not).
+const PLANAR: f64 = 1.03e-10;
+
+/// How far a point is off the plane of the first three that are not on one line.
+fn out_of_plane(outlines: &[Vec<DVec3>]) -> f64 {
+    let start = outlines[0][0];
+    let points = || outlines.iter().flatten().map(|&point| point - start);
+    let Some(along) = points().find_map(|point| point.try_normalize()) else { return 0.0 };
+    let aside = |point: DVec3| point.reject_from_normalized(along);
+    let Some(across) = points().find(|&point| aside(point).length() > PLANAR) else { return 0.0 };
+    let normal = along.cross(across).normalize();
+    points().map(|point| point.dot(normal).abs()).fold(0.0, f64::max)
 }
 
 /// True if all normals look away from the same side of a triangle, and none along it or nowhere: POV-Ray leaves out a smooth
