@@ -19,7 +19,7 @@ impl Machine<'_> {
         let (mut absent, mut parts) = (None, 0);
         loop {
             let start = self.peek_lexeme()?;
-            let Some(child) = self.object()? else { break };
+            let Some(child) = self.next_object()? else { break };
             self.charge(size_of::<Light>() * child.lights.len())?;
             if matches!(op, CsgOp::Intersection | CsgOp::Difference) {
                 self.warn_of_patch(&child, start, at);

@@ -83,10 +83,15 @@ impl Machine<'_> {
         Ok(named.map(|object| object.copy()))
     }
 
+    /// An object by name or as it stands, if one is next.
+    pub fn next_object(&mut self) -> Res<Option<ObjectValue>> {
+        let named = self.named_object()?;
+        if named.is_some() { Ok(named) } else { self.object() }
+    }
+
     /// An object by name or as it stands.
     pub fn any_object(&mut self) -> Res<ObjectValue> {
-        let named = self.named_object()?;
-        match if named.is_some() { named } else { self.object()? } {
+        match self.next_object()? {
             Some(value) => Ok(value),
             None => self.expected("an object or the name of one"),
         }

@@ -75,7 +75,7 @@ impl Machine<'_> {
         let (mut objects, mut lights, mut around) = (Vec::new(), Vec::new(), Growing::default());
         let mut global_lights = false;
         loop {
-            if let Some(child) = self.object()? {
+            if let Some(child) = self.next_object()? {
                 group.lacks.add(&child.lacks);
                 group.facts.add(&child.facts);
                 if let Some((min, max)) = self.extent(&child)? {
