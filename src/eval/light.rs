@@ -18,6 +18,8 @@ struct Draft {
     fade_distance: f64,
     fade_power: f64,
     looks_like: Option<Arc<Object>>,
+    /// Those in what it looks like.
+    lights: Vec<Light>,
     /// Of what it looks like.
     facts: Facts,
     area: AreaLight,
@@ -71,6 +73,7 @@ impl Machine<'_> {
             fade_distance: 0.0,
             fade_power: 0.0,
             looks_like: None,
+            lights: Vec::new(),
             facts: Facts::default(),
             area: AreaLight::default(),
             is_area: false,
@@ -179,12 +182,13 @@ impl Machine<'_> {
                 draft.lacks.add(&value.lacks);
                 self.charge_move(&value.facts)?;
                 draft.facts = value.facts;
+                value.transform(&Transform::translate(draft.light.location));
                 draft.looks_like = value.object.map(|mut shared| {
-                    let object = Arc::make_mut(&mut shared);
-                    object.move_by(&Transform::translate(draft.light.location));
-                    object.flags.no_shadow = true;
+                    Arc::make_mut(&mut shared).flags.no_shadow = true;
                     shared
                 });
+                self.charge(size_of::<Light>() * value.lights.len())?;
+                draft.lights = value.lights;
             }
             K::ProjectedThrough => {
                 self.next()?;
@@ -211,6 +215,7 @@ impl Draft {
         self.light.location = transform.point(self.light.location);
         self.light.point_at = transform.point(self.light.point_at);
         self.area.axes = self.area.axes.map(|axis| transform.vector(axis));
+        self.lights.iter_mut().for_each(|light| light.move_by(transform));
         if let Some(object) = &mut self.more.projected_through {
             Arc::make_mut(object).move_by(transform);
         }
@@ -247,9 +252,10 @@ impl Draft {
         if self.more != LightMore::default() {
             self.light.more = Some(Box::new(self.more));
         }
+        self.lights.insert(0, self.light);
         ObjectValue {
             object: self.looks_like,
-            lights: vec![self.light],
+            lights: self.lights,
             lacks: self.lacks,
             facts: self.facts,
             absent: Absent::Light,

@@ -408,13 +408,7 @@ impl ObjectValue {
         for object in [&mut self.object, &mut self.stand_in].into_iter().flatten() {
             Arc::make_mut(object).move_by(transform);
         }
-        for light in &mut self.lights {
-            light.location = transform.point(light.location);
-            light.point_at = transform.point(light.point_at);
-            if let Some(area) = light.more.as_mut().and_then(|more| more.area.as_mut()) {
-                area.axes = area.axes.map(|axis| transform.vector(axis));
-            }
-        }
+        self.lights.iter_mut().for_each(|light| light.move_by(transform));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Lights (manual section 3.4.4).
 
-use super::{Object, PhotonUse, Rgb};
+use super::{Object, PhotonUse, Rgb, Transform};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -23,6 +23,17 @@ pub struct Light {
     pub fade: Option<Fade>,
     /// What is read but not rendered.
     pub more: Option<Box<LightMore>>,
+}
+
+impl Light {
+    /// Moves it by `transform`.
+    pub fn move_by(&mut self, transform: &Transform) {
+        self.location = transform.point(self.location);
+        self.point_at = transform.point(self.point_at);
+        if let Some(area) = self.more.as_mut().and_then(|more| more.area.as_mut()) {
+            area.axes = area.axes.map(|axis| transform.vector(axis));
+        }
+    }
 }
 
 /// What is said of a light and not rendered.
