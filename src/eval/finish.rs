@@ -101,7 +101,8 @@ impl Machine<'_> {
             }
             K::Metallic => {
                 self.next()?;
-                finish.metallic = self.optional_float()?.unwrap_or(1.0);
+                // Below 0 highlights stay white, but not reflections (measured).
+                finish.metallic = self.optional_float()?.unwrap_or(1.0).max(0.0);
             }
             K::Crand => {
                 self.next()?;

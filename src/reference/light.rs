@@ -74,11 +74,12 @@ fn smooth_step(lo: f64, hi: f64, x: f64) -> f64 {
     }
 }
 
-/// `2 / (1 + (d / distance)^power)`: over 1 nearer than the distance.
+/// `2 / (1 + (d / distance)^power)`: over 1 nearer than the distance. Dark where that is no number.
 fn fading(light: &Light, distance: f64) -> f64 {
     light.fade.map_or(1.0, |fade| {
         if fade.power > 0.0 && fade.distance.abs() > DARK {
-            2.0 / (1.0 + (distance / fade.distance).abs().powf(fade.power))
+            let fading = 2.0 / (1.0 + (distance / fade.distance).powf(fade.power));
+            if fading.is_nan() { 0.0 } else { fading }
         } else {
             1.0
         }

@@ -138,8 +138,17 @@ impl LightProgram {
             }
         };
         if let Some((fade_distance, power)) = self.fade {
-            let fade = L::lit(2.0) / (one + (distance / L::lit(fade_distance)).abs().pow_const(power));
-            strength = strength * fade;
+            let depth = distance / L::lit(fade_distance);
+            let below = depth.lt(L::zero());
+            let mut raised = depth.abs().pow_const(power);
+            if power % 2.0 == 1.0 {
+                raised = below.select(-raised, raised);
+            }
+            strength = strength * (L::lit(2.0) / (one + raised));
+            // A root of what is below 0 is no number, and no light.
+            if power.fract() != 0.0 {
+                strength = below.select(L::zero(), strength);
+            }
         }
         strength
     }
