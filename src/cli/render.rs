@@ -197,14 +197,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = RenderOptions { occupancy: args.occupancy, ..args.tracing.options(size.0, size.1) };
     let bar = Bar::new(size.0 * size.1, args.quiet);
     let progress = |progress| bar.update(progress);
-    let machine = |error: RenderError| Failure::Machine(error.to_string());
+    let failure = |error: RenderError| match error {
+        RenderError::Size { .. } => Failure::Usage(error.to_string()),
+        RenderError::Threads(_) => Failure::Machine(error.to_string()),
+    };
     let encoding = args.encoding(&scene, output.format);
     let (file, stats) = if let Some(developer) = Developer::of(&encoding) {
         let (picture, stats) =
-            develop(&scene, &options, |pixel| developer.develop(&pixel), &progress).map_err(machine)?;
+            develop(&scene, &options, |pixel| developer.develop(&pixel), &progress).map_err(failure)?;
         (image_io::encode_developed(&picture, &encoding)?, stats)
     } else {
-        let (film, stats) = render(&scene, &options, &progress).map_err(machine)?;
+        let (film, stats) = render(&scene, &options, &progress).map_err(failure)?;
         (image_io::encode(&film, &encoding)?, stats)
     };
     drop(bar);

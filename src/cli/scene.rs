@@ -3,7 +3,7 @@
 use super::Failure;
 use super::number::number;
 use octray::eval::{self, Evaluation, Stream};
-use octray::lang::Severity;
+use octray::lang::{Keyword, Severity};
 use octray::render::shape_counts;
 use octray::scene::Scene;
 use std::collections::BTreeMap;
@@ -174,6 +174,11 @@ fn name_and_value(text: &str) -> Result<(String, String), String> {
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if name.is_empty() || name.starts_with(|c: char| c.is_ascii_digit()) || !name.chars().all(is_name) {
         return Err(format!("`{name}` is not an identifier"));
+    }
+    // It would be there, and nothing could read it.
+    if Keyword::from_text(name).is_some() {
+        let hint = if name == "clock" { "; use --clock" } else { "" };
+        return Err(format!("`{name}` is a word of the language{hint}"));
     }
     Ok((name.into(), value.into()))
 }
