@@ -31,9 +31,14 @@ const ITEMS_PER_NODE: usize = 16;
 /// Writes nodes and runs into `tree`. By kind: rows in the order of the leaves.
 pub(super) fn emit<B: Scalar>(outline: &Outline, tree: &mut Bvh<B>) -> Vec<Vec<u32>> {
     // Which of its leaves a shared row comes with, only one writer can tell.
-    let apart = outline.binary.items.len() > 2 * PART && !outline.shared;
+    let items = outline.binary.items.len();
+    let apart = items > 2 * PART && !outline.shared;
     let mut whole = Emit::new(outline, outline.rows, vec![0; outline.rows.len()]);
-    whole.later = apart.then(Vec::new);
+    if apart {
+        whole.later = Some(Vec::new());
+    } else {
+        whole.nodes.reserve_exact(items / ITEMS_PER_NODE);
+    }
     whole.root();
     whole.add_parts();
     (tree.nodes, tree.runs, tree.depth) = (whole.nodes, whole.runs, whole.depth);
@@ -74,7 +79,7 @@ impl<'a, B: Scalar> Emit<'a, B> {
         let place = outline.shared.then(|| outline.rows.iter().map(|&rows| vec![u32::MAX; rows]).collect());
         Self {
             outline,
-            nodes: Vec::with_capacity(rows.iter().sum::<usize>() / ITEMS_PER_NODE),
+            nodes: Vec::new(),
             runs: Vec::new(),
             depth: 0,
             order: rows.iter().map(|&rows| Vec::with_capacity(rows)).collect(),
@@ -145,10 +150,13 @@ impl<'a, B: Scalar> Emit<'a, B> {
         let outline = self.outline;
         let part = |later: &Later| {
             let mut part = Self::new(outline, &later.rows, later.before.clone());
+            part.nodes.reserve_exact(later.rows.iter().sum::<usize>() / ITEMS_PER_NODE);
             part.node(later.at, later.depth);
             part
         };
         let parts: Vec<Self> = later.par_iter().map(part).collect();
+        self.nodes.reserve_exact(parts.iter().map(|part| part.nodes.len()).sum());
+        self.runs.reserve_exact(parts.iter().map(|part| part.runs.len()).sum());
         for (&Later { parent: (number, k), .. }, part) in later.iter().zip(parts) {
             let (nodes, runs) = (self.nodes.len(), self.runs.len());
             self.nodes[number].child[k] = Child::node(nodes);
