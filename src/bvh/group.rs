@@ -10,7 +10,7 @@ use super::single::walk_single;
 use super::stack::{Entry, Order, Sides};
 use super::visit::Visit;
 use super::{Bvh, Child, Node};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits, bits_from_last, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
 
 /// Packets that share an octant, and how they are looked at.
 pub(super) struct Group<'a, B: Scalar> {
@@ -165,13 +165,14 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         t_out = sides.far(node, axis).fused(late_inverse, late_offset).min(t_out);
     }
     let mut children = t_in.le(t_out).bits();
-    let (t_in, mut order) = (t_in.to_array(), Order::default());
-    let (mut met_by, mut own_order) = ([0u8; LANES], 0u8);
+    let t_in = t_in.to_array();
+    // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
+    // branch that is guessed wrongly costs all that is under way.
+    let (mut met, mut unsure) = (0u64, 0u64);
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
-        let near = sides.near.map(|k| B::Lane::splat(node.planes[k][c]));
-        let far = sides.far.map(|k| B::Lane::splat(node.planes[k][c]));
+        let (near, far) = sides.of_child(node, c);
         let (mut enter, mut leave) = (B::Lane::zero(), fars);
         let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
         for axis in 0..3 {
@@ -184,33 +185,47 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
             }
         }
         visit.boxes(who.count_ones());
-        let mut met = enter.le(leave).bits() & who;
+        let met_by = enter.le(leave).bits() & who;
+        met |= u64::from(met_by) << (LANES * c);
         if LOOSE {
-            for k in bits(met & !sure_in.le(sure_out).bits()) {
-                let packet = &packets[k];
-                let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
-                for axis in 0..3 {
-                    let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
-                    enter = near[axis].fused(inverse, offset).max(enter);
-                    leave = far[axis].fused(inverse, offset).min(leave);
-                }
-                visit.boxes(packet.live().count_ones());
-                met &= !(u8::from(enter.le(leave).bits() == 0) << k);
-            }
-        }
-        if met != 0 {
-            met_by[c] = met;
-            if V::ANY {
-                own_order |= 1 << c;
-            } else {
-                order.insert(t_in[c], c);
-            }
+            unsure |= u64::from(met_by & !sure_in.le(sure_out).bits()) << (LANES * c);
         }
     }
-    for c in bits_from_last(own_order).chain(order.farthest_first()) {
-        stack[*top] = Entry { near: t_in[c], child: node.child[c], who: met_by[c] };
+    while LOOSE && unsure != 0 {
+        let pair = unsure.trailing_zeros() as usize;
+        unsure &= unsure - 1;
+        let packet = &packets[pair % LANES];
+        let (near, far) = sides.of_child(node, pair / LANES);
+        let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
+        for axis in 0..3 {
+            let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
+            enter = near[axis].fused(inverse, offset).max(enter);
+            leave = far[axis].fused(inverse, offset).min(leave);
+        }
+        visit.boxes(packet.live().count_ones());
+        met &= !(u64::from(enter.le(leave).bits() == 0) << pair);
+    }
+    let mut push = |c: usize| {
+        let who = (met >> (LANES * c)) as u8;
+        stack[*top] = Entry { near: t_in[c], child: node.child[c], who };
         *top += 1;
+    };
+    if V::ANY {
+        let mut rest = met;
+        while rest != 0 {
+            let c = (LANES - 1).saturating_sub(rest.leading_zeros() as usize / LANES);
+            rest &= !(0xff << (LANES * c));
+            push(c);
+        }
+        return;
     }
+    let (mut rest, mut order) = (met, Order::default());
+    while rest != 0 {
+        let c = rest.trailing_zeros() as usize / LANES;
+        rest &= !(0xff << (LANES * c));
+        order.insert(t_in[c], c);
+    }
+    order.farthest_first().for_each(push);
 }
 
 /// A group's bounds against eight boxes.

@@ -42,6 +42,13 @@ impl Sides {
     pub fn far<B: Scalar>(&self, node: &Node<B>, axis: usize) -> B::Lane {
         B::Lane::from_array(node.planes[self.far[axis]])
     }
+
+    /// The near and far planes of child `c`, in all lanes.
+    #[inline(always)]
+    pub fn of_child<B: Scalar>(&self, node: &Node<B>, c: usize) -> ([B::Lane; 3], [B::Lane; 3]) {
+        let plane = |k: usize| B::Lane::splat(node.planes[k][c & (LANES - 1)]);
+        (self.near.map(plane), self.far.map(plane))
+    }
 }
 
 /// Children in the order of their nearest points. Entries are written to the stack once and in order: to move them
