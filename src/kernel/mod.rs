@@ -35,7 +35,7 @@ pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
 pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
 pub use obox::OrientedBoxes;
-pub use outline::{Center, Outlines, PluckerLines};
+pub use outline::{Center, LinePairs, Outlines, Passing, PluckerLines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
@@ -230,14 +230,20 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         Outlines::default()
     }
 
-    /// [`Block::first`] of rays of which it is known which of them pass `through` the outline of primitive `i`, and none of
-    /// which starts on it: the same, to the bit.
+    /// A bit for each ray that passes through the outline of primitive `i`.
+    #[inline(always)]
+    fn through(&self, _i: usize, _rays: &Rays<S::Lane>, _view: &View<S::Lane>) -> u8 {
+        0
+    }
+
+    /// [`Block::first`] of rays of which it is known through which of the rows `4 * four` to `4 * four + 3` they are passing, none
+    /// through two, and which start on none of them: the same, to the bit. NaN for the other rays.
     #[inline(always)]
     fn first_through(
         &self,
-        _i: usize,
+        _four: usize,
+        _passing: Passing,
         _rays: &Rays<S::Lane>,
-        _through: Mask<S::Lane>,
         _from: S::Lane,
     ) -> S::Lane {
         S::Lane::lit(f64::NAN)

@@ -1,6 +1,6 @@
-//! Outlines of triangles as lines see them: which of eight rays surely pass through, and which surely pass by.
+//! Outlines of triangles as lines see them: which rays surely pass through, and which surely pass by.
 //!
-//! In go four triangles' corners and eight rays, as lines in Plücker coordinates; out come two bits a ray. It is done in single
+//! In go four triangles' corners and sixteen rays, as lines in Plücker coordinates; out come two bits a ray and triangle. It is done in single
 //! precision whatever the scene's, and what that cannot tell is left to the triangle's own test, which this never
 //! contradicts: no crack opens and no hit moves by a bit. Most rays are told for a third of that test's arithmetic, in double
 //! precision for a sixth.
@@ -10,8 +10,9 @@
 //! along the ray, the product is the edge's length times its distance from the ray.
 
 use super::{Four, Rays, dot_four, in_four, less_four};
-use crate::lane::{Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, highest};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest};
 use glam::DVec3;
+use std::ops::Range;
 
 /// What lines' coordinates are counted from.
 #[derive(Debug, Clone, Copy, Default)]
@@ -79,6 +80,89 @@ impl<S: Scalar> Center<S> {
     }
 }
 
+/// The lines of two packets side by side: sixteen numbers take an operation where the machine has AVX-512, and two where it
+/// has not.
+#[derive(Debug, Clone, Copy)]
+pub struct LinePairs {
+    dir: [f32x16; 3],
+    moment: [f32x16; 3],
+}
+
+impl LinePairs {
+    /// Of two packets' lines.
+    #[inline(always)]
+    pub fn of([a, b]: [&PluckerLines; 2]) -> Self {
+        let beside =
+            |a: &[f32x8; 3], b: &[f32x8; 3]| [0, 1, 2].map(|axis| bytemuck::cast([a[axis], b[axis]]));
+        Self { dir: beside(&a.dir, &b.dir), moment: beside(&a.moment, &b.moment) }
+    }
+}
+
+/// Which of eight rays pass through which of four rows.
+///
+/// In one word, sixteen bits a row and the lower eight of them in use: so two packets' answers come apart by one shift, and nothing
+/// is stored byte by byte that is then read as a word, which costs a stall.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Passing(u64);
+
+impl Passing {
+    const ROW_BITS: usize = 16;
+    /// A bit in each row.
+    const EACH_ROW: u64 = u64::MAX / u16::MAX as u64;
+
+    /// True if no ray passes through any.
+    #[inline(always)]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Rays that pass through a row.
+    #[inline(always)]
+    pub fn row(self, row: usize) -> u8 {
+        (self.0 >> (Self::ROW_BITS * row)) as u8
+    }
+
+    /// With these rays, and no others, through a row.
+    #[inline(always)]
+    pub fn with(self, row: usize, rays: u8) -> Self {
+        let shift = Self::ROW_BITS * row;
+        Self(self.0 & !(0xff << shift) | u64::from(rays) << shift)
+    }
+
+    /// Only some rays.
+    #[inline(always)]
+    pub fn of(self, rays: u8) -> Self {
+        Self(self.0 & (Self::EACH_ROW * u64::from(rays)))
+    }
+
+    /// Each ray through the first of its rows only.
+    #[inline(always)]
+    pub fn first_rows(self) -> Self {
+        let Self(all) = self;
+        let before = all << Self::ROW_BITS | all << (2 * Self::ROW_BITS) | all << (3 * Self::ROW_BITS);
+        Self(all & !before)
+    }
+
+    /// Without what is in `other`.
+    #[inline(always)]
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// Rows that any ray passes through.
+    #[inline(always)]
+    pub fn rows(self) -> impl Iterator<Item = usize> {
+        let Self(mut rest) = self;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let row = rest.trailing_zeros() as usize / Self::ROW_BITS % QUAD;
+                rest &= !(0xff << (Self::ROW_BITS * row));
+                row
+            })
+        })
+    }
+}
+
 impl Outlines {
     /// Of triangles with these corners.
     #[inline(always)]
@@ -101,10 +185,22 @@ impl Outlines {
         }
     }
 
-    /// Lines that surely pass through triangle `k` of the four, and lines of which it is not sure whether they do.
+    /// By packet, which lines surely pass through triangles `rows` of the four, and of which it is not sure whether they do.
     #[inline(always)]
-    pub fn meet(&self, k: usize, lines: &PluckerLines) -> (u8, u8) {
-        let (k, zero) = (k % QUAD, f32x8::zero());
+    pub fn meet(&self, rows: Range<usize>, lines: &LinePairs) -> [[Passing; 2]; 2] {
+        let (mut through, mut unsure) = (0u64, 0u64);
+        for row in rows {
+            let told = self.meet_one(row, lines);
+            through |= u64::from(told[0]) << (Passing::ROW_BITS * row);
+            unsure |= u64::from(told[1]) << (Passing::ROW_BITS * row);
+        }
+        [0, LANES].map(|shift| [through, unsure].map(|both| Passing(both >> shift).of(!0)))
+    }
+
+    /// The same of one triangle, a bit for each of sixteen lines.
+    #[inline(always)]
+    fn meet_one(&self, row: usize, lines: &LinePairs) -> [u16; 2] {
+        let (k, zero) = (row % QUAD, f32x16::splat(0.0));
         let (mut a, mut b, mut c) = (zero, zero, zero);
         if self.parted {
             a = product(&self.edge[0], k, &lines.moment, zero);
@@ -115,11 +211,11 @@ impl Outlines {
         b = product(&self.normal[1], k, &lines.dir, b);
         c = product(&self.normal[2], k, &lines.dir, c);
         // A NaN is one in all three, and compares with nothing.
-        let (least, most) = (Lane::min(Lane::min(a, b), c), Lane::max(Lane::max(a, b), c));
-        let limit = f32x8::splat(self.limit[k]);
-        let through = least.gt(limit) | most.lt(-limit);
-        let by = least.lt(-limit) & most.gt(limit);
-        (through.bits(), !(through | by).bits())
+        let (least, most) = (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c));
+        let limit = f32x16::splat(self.limit[k]);
+        let through = least.simd_gt(limit) | most.simd_lt(-limit);
+        let by = least.simd_lt(-limit) & most.simd_gt(limit);
+        [through.to_bitmask() as u16, !(through | by).to_bitmask() as u16]
     }
 }
 
@@ -138,10 +234,10 @@ fn in_rows([x, y, z]: Four<f32x4>) -> [[f32; QUAD]; 3] {
 
 /// Row `k` of `a` times `b`, and `sum`.
 #[inline(always)]
-fn product(a: &[[f32; QUAD]; 3], k: usize, b: &[f32x8; 3], sum: f32x8) -> f32x8 {
-    let z = f32x8::splat(a[2][k]).fused(b[2], sum);
-    let y = f32x8::splat(a[1][k]).fused(b[1], z);
-    f32x8::splat(a[0][k]).fused(b[0], y)
+fn product(a: &[[f32; QUAD]; 3], k: usize, b: &[f32x16; 3], sum: f32x16) -> f32x16 {
+    let z = f32x16::splat(a[2][k]).mul_add(b[2], sum);
+    let y = f32x16::splat(a[1][k]).mul_add(b[1], z);
+    f32x16::splat(a[0][k]).mul_add(b[0], y)
 }
 
 /// Vector product.
@@ -154,7 +250,7 @@ fn cross_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Four<Q> {
 mod tests {
     use super::*;
     use crate::kernel::{Block, Triangles, View};
-    use crate::lane::{LANES, each_lane, f64x8};
+    use crate::lane::{each_lane, f64x8};
     use crate::random::Random;
 
     /// Rays at and beside triangles near and far, large and tiny, at their insides, edges and corners: how many lanes were told,
@@ -181,10 +277,12 @@ mod tests {
             let rays = Rays { origin: Vec3::from_fn(|k| origins[k]), dir };
             let mut center = Center::<L::Scalar>::at_start(&rays);
             let lines = center.lines(&rays, !0);
-            let (through, unsure) = triangles.outlines(0, &center).meet(0, &lines);
+            let pair = LinePairs::of([&PluckerLines::default(), &lines]);
+            let [_, [through, unsure]] = triangles.outlines(0, &center).meet(0..1, &pair);
             let t = triangles.roots_seen(0, &rays, &View::along(dir), None)[0];
             let from = L::lit(f64::NEG_INFINITY);
-            let known = triangles.first_through(0, &rays, Mask::from_bits(through), from).to_array();
+            let known = triangles.first_through(0, through, &rays, from).to_array();
+            let (through, unsure) = (through.row(0), unsure.row(0));
             for (k, t) in t.to_array().into_iter().enumerate().filter(|(k, _)| unsure >> k & 1 == 0) {
                 let (t, known) = (t.to_f64(), known[k].to_f64());
                 assert_eq!(through >> k & 1 == 1, !t.is_nan(), "{round} {k}");
@@ -194,6 +292,19 @@ mod tests {
             of += LANES as u32;
         }
         (told, of)
+    }
+
+    #[test]
+    fn rays_are_taken_row_by_row() {
+        let all = [0b0110, 0b0011, 0, 0b1010].into_iter().enumerate();
+        let all = all.fold(Passing::default(), |all, (row, rays)| all.with(row, rays));
+        let rays = |passing: Passing| [0, 1, 2, 3].map(|row| passing.row(row));
+        assert_eq!(rays(all.first_rows()), [0b0110, 0b0001, 0, 0b1000]);
+        let rest = all.without(all.first_rows());
+        assert_eq!(rays(rest), [0, 0b0010, 0, 0b0010]);
+        assert_eq!(rays(rest.without(rest.first_rows())), [0, 0, 0, 0b0010]);
+        assert_eq!(rays(all.of(0b1001)), [0, 0b0001, 0, 0b1000]);
+        assert!(all.rows().eq([0, 1, 3]) && all.with(1, 0).rows().eq([0, 3]));
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use super::fours::{Four, Fours};
 use super::plane::finite;
 use super::{
-    Aabb, Block, Center, Left, Outlines, Ray, Rays, Surfaces, dot_four, first_beyond, gather, less_four,
-    permuted,
+    Aabb, Block, Center, Left, Outlines, Passing, Ray, Rays, Surfaces, dot_four, first_beyond, gather,
+    less_four, permuted,
 };
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use crate::parallel;
@@ -364,17 +364,23 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     }
 
     #[inline(always)]
-    fn first_through(
-        &self,
-        i: usize,
-        rays: &Rays<S::Lane>,
-        through: Mask<S::Lane>,
-        from: S::Lane,
-    ) -> S::Lane {
-        let Four(columns) = self.rows.four(i / QUAD);
-        let column = |k: usize| S::Lane::splat(columns[k][i % QUAD]);
-        let three = |k: usize| Vec3::new(column(k), column(k + 1), column(k + 2));
-        first_beyond(std::iter::once(finite(to_plane(three(0), three(9), rays, through))), from)
+    fn through(&self, i: usize, rays: &Rays<S::Lane>, view: &View<S::Lane>) -> u8 {
+        self.at(i).0.pierced(rays, view).0.bits()
+    }
+
+    #[inline(always)]
+    fn first_through(&self, four: usize, passing: Passing, rays: &Rays<S::Lane>, from: S::Lane) -> S::Lane {
+        let Four(columns) = self.rows.four(four);
+        let row = |k: usize| [0, 1, 2, 9, 10, 11].map(|column| S::Lane::splat(columns[column][k]));
+        let (mut lanes, mut plane) = (passing.row(0), row(0));
+        for k in 1..QUAD {
+            let (mask, row) = (Mask::from_bits(passing.row(k)), row(k));
+            lanes |= passing.row(k);
+            plane = std::array::from_fn(|column| mask.select(row[column], plane[column]));
+        }
+        let [x, y, z, a, b, c] = plane;
+        let t = to_plane(Vec3::new(x, y, z), Vec3::new(a, b, c), rays, Mask::from_bits(lanes));
+        first_beyond(std::iter::once(finite(t)), from)
     }
 
     #[inline(always)]
@@ -495,14 +501,13 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     }
 
     #[inline(always)]
-    fn first_through(
-        &self,
-        i: usize,
-        rays: &Rays<S::Lane>,
-        through: Mask<S::Lane>,
-        from: S::Lane,
-    ) -> S::Lane {
-        self.flat.first_through(i, rays, through, from)
+    fn through(&self, i: usize, rays: &Rays<S::Lane>, view: &View<S::Lane>) -> u8 {
+        self.flat.through(i, rays, view)
+    }
+
+    #[inline(always)]
+    fn first_through(&self, four: usize, passing: Passing, rays: &Rays<S::Lane>, from: S::Lane) -> S::Lane {
+        self.flat.first_through(four, passing, rays, from)
     }
 
     #[inline(always)]

@@ -17,6 +17,7 @@ mod light;
 mod light_buffer;
 mod medium;
 mod onward;
+mod outlined;
 mod query;
 mod queue;
 mod rows;

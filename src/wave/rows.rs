@@ -1,18 +1,19 @@
 //! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against eight rows.
 
+use super::outlined::Outlined;
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ray, View};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits, choose};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
 pub struct Views<S: Scalar> {
     by_packet: SmallVec<[View<S::Lane>; GROUP]>,
     /// The rays as lines, by packet, and what about.
-    lines: SmallVec<[PluckerLines; GROUP]>,
-    center: Center<S>,
+    pub lines: SmallVec<[PluckerLines; GROUP]>,
+    pub center: Center<S>,
     none: View<S::Lane>,
 }
 
@@ -153,7 +154,7 @@ impl Rows<'_> {
             let looking = Looking { from: query.t_min, to: query.t, lanes: lanes & !gone };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
             count.leaf(lanes.count_ones());
-            changed |= accept(query, t, surface, lanes & !gone, rank);
+            changed |= accept(query, t, &[surface; LANES], lanes & !gone, rank);
             if any && changed == lanes {
                 break;
             }
@@ -161,10 +162,6 @@ impl Rows<'_> {
         changed
     }
 }
-
-/// With fewer tests ahead than this it does not pay to look at outlines first, in single and in double precision. (In single with
-/// 1 knot's camera rays lost 3 % and its shadow rays 10; from 4 to 12 all is within the scatter.)
-const FEWEST_OUTLINED: [u32; 2] = [8, 2];
 
 /// The test of a run of one kind by several packets: a bit for each that found something nearer.
 pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
@@ -181,12 +178,20 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
 
     #[inline(always)]
     fn block<K: Block<S>>(mut self, block: &K) -> u8 {
-        let tests = self.which.count_ones() * self.rows.run.len;
-        let double = S::UNIT_ROUNDOFF < f32::UNIT_ROUNDOFF;
-        if K::OUTLINED && tests >= FEWEST_OUTLINED[usize::from(double)] {
-            return self.by_outlines(block);
+        if !K::OUTLINED {
+            return self.row_by_row(block, self.which);
         }
-        self.row_by_row(block, self.which)
+        let Rows { run, base, .. } = self.rows;
+        // Rays that start on a row are for the rows' own test.
+        let mut starting = 0;
+        for k in bits(self.which) {
+            starting |= u8::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
+        }
+        let found = self.row_by_row(block, starting);
+        let Self { rows, which, packets, queries, views, count } = self;
+        let mut others = Outlined::<S, B, C, ANY> { rows, packets, queries, views, count };
+        let which = which & !starting;
+        if which == 0 { found } else { found | others.test(block, which) }
     }
 }
 
@@ -202,51 +207,6 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, A
                 state.found(changed, query.t, ANY);
                 found |= 1 << k;
             }
-        }
-        found
-    }
-
-    /// By outlines first, four rows at a time.
-    #[inline(always)]
-    fn by_outlines<K: Block<S>>(&mut self, block: &K) -> u8 {
-        let Rows { run, base, rank } = self.rows;
-        // Rays that start on a row are for the rows' own test.
-        let mut starting = 0;
-        for k in bits(self.which) {
-            starting |= u8::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
-        }
-        let mut found = self.row_by_row(block, starting);
-        let which = self.which & !starting;
-        let Self { packets, queries, views, count, .. } = self;
-        let (end, mut first) = (run.first + run.len, run.first - run.first % FOUR);
-        while first < end && which != 0 {
-            let outlines = block.outlines((first / FOUR) as usize, &views.center);
-            for k in bits(which) {
-                let (query, state, lines) = (&mut queries[k], &mut packets[k], &views.lines[k]);
-                let (live, mut changed) = (state.live(), 0);
-                for row in first.max(run.first)..(first + FOUR).min(end) {
-                    count.leaf(live.count_ones());
-                    let (through, unsure) = outlines.meet((row % FOUR) as usize, lines);
-                    if (through | unsure) & live == 0 {
-                        continue;
-                    }
-                    let t = if unsure & live == 0 {
-                        block.first_through(row as usize, &query.rays, Mask::from_bits(through), query.t_min)
-                    } else {
-                        let looking = Looking { from: query.t_min, to: query.t, lanes: live };
-                        block.first(row as usize, &query.rays, views.of(k), None, &looking)
-                    };
-                    changed |= accept(query, t, base + row, live, rank);
-                    if ANY && changed == live {
-                        break;
-                    }
-                }
-                if changed != 0 {
-                    state.found(changed, query.t, ANY);
-                    found |= 1 << k;
-                }
-            }
-            first += FOUR;
         }
         found
     }
@@ -285,7 +245,13 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
 /// Takes the crossing at `t` (NaN for none: nothing is nearer than a miss, whatever the limit) where it is nearer than what is
 /// known.
 #[inline(always)]
-fn accept<L: Lane>(query: &mut Query<L>, t: L, surface: SurfaceId, lanes: u8, rank: &[u32]) -> u8 {
+pub fn accept<L: Lane>(
+    query: &mut Query<L>,
+    t: L,
+    surfaces: &[SurfaceId; LANES],
+    lanes: u8,
+    rank: &[u32],
+) -> u8 {
     let near = t.le(query.t).bits() & lanes;
     if near == 0 {
         return 0;
@@ -297,11 +263,11 @@ fn accept<L: Lane>(query: &mut Query<L>, t: L, surface: SurfaceId, lanes: u8, ra
         ties &= ties - 1;
         // Two surfaces at one place: the one declared first is seen.
         let other = query.surface[lane];
-        if other != NO_SURFACE && rank[surface as usize] < rank[other as usize] {
+        if other != NO_SURFACE && rank[surfaces[lane] as usize] < rank[other as usize] {
             nearer |= 1 << lane;
         }
     }
     query.t = Mask::from_bits(nearer).select(t, query.t);
-    query.surface = crate::lane::choose(nearer, &[surface; LANES], &query.surface);
+    query.surface = choose(nearer, surfaces, &query.surface);
     nearer
 }

@@ -1,0 +1,94 @@
+//! The test of a run of triangles by several packets, by their outlines.
+//!
+//! What hangs on no answer is asked first: which rays of all packets pass through which of four rows. Only then are answers looked
+//! at, and each packet's rays have their distances taken at once, whichever rows they pass. Taken packet by packet and row by
+//! row, every branch that was guessed wrongly cost all that was under way: coherent rays of meshes took 4 to 9 % longer, in
+//! double precision up to 14.
+
+use super::query::{GROUP, Query};
+use super::rows::{Rows, Views, accept};
+use crate::bvh::{Count, Packet};
+use crate::kernel::{Block, LinePairs, Passing};
+use crate::lane::{LANES, QUAD, Scalar, bits, choose, first_and_last};
+use std::ops::Range;
+
+/// Packets that rows are held against, none of whose rays starts on one of them.
+pub struct Outlined<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
+    pub rows: Rows<'a>,
+    pub packets: &'a mut [Packet<B>],
+    pub queries: &'a mut [Query<S::Lane>],
+    pub views: &'a Views<S>,
+    pub count: &'a mut C,
+}
+
+impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY> {
+    /// Tests all rows against the packets of `which`: a bit for each that found something nearer.
+    #[inline(always)]
+    pub fn test<K: Block<S>>(&mut self, block: &K, which: u8) -> u8 {
+        let (first, end) = (self.rows.run.first as usize, (self.rows.run.first + self.rows.run.len) as usize);
+        let mut found = 0;
+        for four in first / QUAD..end.div_ceil(QUAD) {
+            let rows = first.saturating_sub(four * QUAD)..(end - four * QUAD).min(QUAD);
+            let mut passing = [Passing::default(); GROUP];
+            for k in bits(self.pass(block, (four, rows), which, &mut passing)) {
+                found |= u8::from(self.take(block, four, k, passing[k])) << k;
+            }
+        }
+        found
+    }
+
+    /// By packet, its live rays that pass through these rows of a four; and a bit for each packet of `which` that has any.
+    #[inline(always)]
+    fn pass<K: Block<S>>(
+        &mut self,
+        block: &K,
+        (four, rows): (usize, Range<usize>),
+        which: u8,
+        all: &mut [Passing; GROUP],
+    ) -> u8 {
+        let outlines = block.outlines(four, &self.views.center);
+        let (mut some, mut rest) = (0, which);
+        while rest != 0 {
+            // Two packets side by side; the last, if it is alone, beside itself.
+            let (k, more) = (first_and_last(rest).0, rest & (rest - 1));
+            let other = if more == 0 { k } else { first_and_last(more).0 };
+            rest = more & more.wrapping_sub(1);
+            let lines = LinePairs::of([k, other].map(|k| &self.views.lines[k]));
+            for (k, [through, unsure]) in [k, other].into_iter().zip(outlines.meet(rows.clone(), &lines)) {
+                let (query, live) = (&self.queries[k], self.packets[k].live());
+                rows.clone().for_each(|_| self.count.leaf(live.count_ones()));
+                let mut passing = through.of(live);
+                for row in unsure.of(live).rows() {
+                    let through = block.through(four * QUAD + row, &query.rays, self.views.of(k));
+                    passing = passing.with(row, through & live);
+                }
+                all[k] = passing;
+                some |= u8::from(!passing.is_empty()) << k;
+            }
+        }
+        some
+    }
+
+    /// Takes what rays of packet `k` meet where they pass through rows of a four: true if anything is nearer than what is known.
+    #[inline(always)]
+    fn take<K: Block<S>>(&mut self, block: &K, four: usize, k: usize, mut passing: Passing) -> bool {
+        let Self { rows: Rows { base, rank, .. }, packets, queries, .. } = self;
+        let (query, state) = (&mut queries[k], &mut packets[k]);
+        let (live, first, mut changed) = (state.live(), *base + (four * QUAD) as u32, 0);
+        while !passing.is_empty() {
+            // Most rays pass through one row at most.
+            let now = passing.first_rows();
+            passing = passing.without(now);
+            let t = block.first_through(four, now, &query.rays, query.t_min);
+            let mut surfaces = [first; LANES];
+            for row in 1..QUAD {
+                surfaces = choose(now.row(row), &[first + row as u32; LANES], &surfaces);
+            }
+            changed |= accept(query, t, &surfaces, live, rank);
+        }
+        if changed != 0 {
+            state.found(changed, query.t, ANY);
+        }
+        changed != 0
+    }
+}
