@@ -78,7 +78,16 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
         }
         let node = &bvh.nodes[entry.child.index()];
         let looking = (&units, fars, farthest);
-        expand::<B, _, LOOSE>(node, who, &sides, &culls, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, LOOSE>(
+            (node, &bvh.nodes),
+            who,
+            &sides,
+            &culls,
+            looking,
+            packets,
+            (stack, &mut top),
+            visit,
+        );
     }
 }
 
@@ -139,7 +148,16 @@ pub(super) fn walk_packet<B: Scalar>(
         }
         let node = &bvh.nodes[entry.child.index()];
         let looking = (&units, far, farthest);
-        expand::<B, _, false>(node, lanes, &sides, &culls, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, false>(
+            (node, &bvh.nodes),
+            lanes,
+            &sides,
+            &culls,
+            looking,
+            packets,
+            (stack, &mut top),
+            visit,
+        );
     }
 }
 
@@ -147,7 +165,7 @@ pub(super) fn walk_packet<B: Scalar>(
 /// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked.
 #[inline(always)]
 fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
-    node: &Node<B>,
+    (node, nodes): (&Node<B>, &[Node<B>]),
     who: u8,
     sides: &Sides,
     culls: &Culls<B>,
@@ -172,6 +190,12 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
+        let child = node.child[c];
+        if let Some(run) = child.only_run() {
+            visit.prefetch(&run);
+        } else if !child.is_leaf() {
+            nodes[child.index()].prefetch();
+        }
         let (near, far) = sides.of_child(node, c);
         let (mut enter, mut leave) = (B::Lane::zero(), fars);
         let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));

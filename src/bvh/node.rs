@@ -1,7 +1,7 @@
 //! The form of the finished tree.
 
 use crate::kernel::Aabb;
-use crate::lane::{LANES, Scalar};
+use crate::lane::{LANES, Scalar, prefetch};
 use glam::DVec3;
 
 /// A tree with boxes in precision `B`.
@@ -96,6 +96,19 @@ impl Child {
         self.what() != 0
     }
 
+    /// The run of a leaf of one.
+    #[inline(always)]
+    pub fn only_run(self) -> Option<Run> {
+        (self.what() & Self::LEAF != 0).then_some(self.as_run())
+    }
+
+    #[inline(always)]
+    fn as_run(self) -> Run {
+        let what = self.what();
+        let (kind, class, len) = (what as u8, (what >> 8) as u8, what >> 16 & Self::MOST);
+        Run { kind, class, last: true, len, first: self.0 as u32 }
+    }
+
     /// A node's number.
     #[inline(always)]
     pub fn index(self) -> usize {
@@ -123,6 +136,13 @@ impl<B: Scalar> Node<B> {
     #[inline(always)]
     pub fn children(&self) -> u32 {
         self.child.iter().filter(|&&child| child != Child::NONE).count() as u32
+    }
+
+    /// Asks the memory for all of it.
+    #[inline(always)]
+    pub fn prefetch(&self) {
+        self.planes.iter().step_by(64 / size_of::<[B; LANES]>()).for_each(prefetch);
+        prefetch(&self.child);
     }
 
     /// No children.
@@ -174,10 +194,9 @@ impl<B: Scalar> Bvh<B> {
     /// Hands the runs of a leaf to `with`, one after the other.
     #[inline(always)]
     pub fn for_each_run(&self, leaf: Child, mut with: impl FnMut(&Run)) {
-        let (what, mut next) = (leaf.what(), leaf.index());
-        let (kind, class) = (what as u8, (what >> 8) as u8);
-        let mut run = Run { kind, class, last: true, len: what >> 16 & Child::MOST, first: next as u32 };
-        if what == Child::SEVERAL {
+        let mut next = leaf.index();
+        let mut run = leaf.as_run();
+        if leaf.what() == Child::SEVERAL {
             run = self.runs[next];
         }
         // One call, so that it is inlined: what a leaf does is large.

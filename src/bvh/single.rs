@@ -68,6 +68,12 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     continue;
                 }
                 let t_in = t_in.to_array();
+                // (For leaves the first node, which is always there: a branch would cost more than leaves' rows would gain.)
+                let prefetch = |c: usize| {
+                    let child = node.child[c];
+                    bvh.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch();
+                };
+                prefetch(c);
                 let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
                 if V::ANY {
                     for c in bits_from_last(met) {
@@ -78,6 +84,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     continue;
                 }
                 let d = met.trailing_zeros() as usize & (LANES - 1);
+                prefetch(d);
                 met &= met - 1;
                 if met == 0 {
                     let (nearer, other) = if t_in[d] < t_in[c] { (d, c) } else { (c, d) };
@@ -87,6 +94,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     continue;
                 }
                 let e = met.trailing_zeros() as usize & (LANES - 1);
+                prefetch(e);
                 met &= met - 1;
                 if met == 0 {
                     // As `Order` has it, without a branch.

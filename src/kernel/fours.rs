@@ -1,6 +1,6 @@
 //! Rows of numbers in columns that are cut into fours.
 
-use crate::lane::{LANES, Lane, QUAD, Scalar};
+use crate::lane::{LANES, Lane, QUAD, Scalar, prefetch};
 use crate::parallel;
 
 /// `len` rows of `N` numbers. Four rows lie together, column by column, so that the rows of a leaf come with a few cache lines and
@@ -85,6 +85,16 @@ impl<S: Scalar, const N: usize> Fours<S, N> {
     #[inline(always)]
     pub fn four(&self, k: usize) -> &Four<S, N> {
         &self.fours[k]
+    }
+
+    /// Asks the memory for rows `QUAD * k` to `QUAD * k + 3`.
+    #[inline(always)]
+    pub fn prefetch(&self, k: usize) {
+        if let Some(Four(columns)) = self.fours.get(k) {
+            for column in columns.iter().step_by(64 / size_of::<[S; QUAD]>()) {
+                prefetch(column);
+            }
+        }
     }
 
     /// A column's numbers in rows `index`.

@@ -210,6 +210,10 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         first_beyond(self.roots_seen(i, rays, view, left).as_ref().iter().copied(), looking.from)
     }
 
+    /// Asks the memory for row `i` and its neighbours, which will soon be tested.
+    #[inline(always)]
+    fn prefetch(&self, _i: usize) {}
+
     /// True if the kind has a test of one ray against four rows.
     const ACROSS: bool = false;
 

@@ -346,6 +346,11 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         crossing(self.at(i), rays, view, left)
     }
 
+    #[inline(always)]
+    fn prefetch(&self, i: usize) {
+        self.rows.prefetch(i / QUAD);
+    }
+
     const ACROSS: bool = true;
 
     #[inline(always)]
@@ -484,6 +489,11 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
         left: Option<&Left<S::Lane>>,
     ) -> [S::Lane; 1] {
         self.flat.roots_seen(i, rays, view, left)
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, i: usize) {
+        self.flat.prefetch(i);
     }
 
     const ACROSS: bool = true;

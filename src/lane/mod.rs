@@ -70,6 +70,16 @@ fn each_apart<T>(numbers: &[u32; LANES], f: impl Fn(u32) -> T, all: &mut [T; LAN
     }
 }
 
+/// Asks the memory for the cache line where `what` begins and does not wait for it. (Nothing happens on machines for which
+/// `safe_arch` has no instruction.)
+#[inline(always)]
+pub fn prefetch<T>(what: &T) {
+    #[cfg(target_arch = "x86_64")]
+    safe_arch::prefetch_t0(what);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = what;
+}
+
 /// The set bits of a byte, lowest first.
 #[inline(always)]
 pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {

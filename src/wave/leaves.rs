@@ -4,8 +4,9 @@ use super::composite::composites;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views};
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, class};
+use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock, class};
 use crate::csg::{Scratch, Stretch};
+use crate::kernel::Block;
 use crate::lane::{LANES, Lane, Scalar, bits, choose, equal_lanes};
 use std::ops::Range;
 
@@ -96,6 +97,13 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         }
         let t = self.queries[packet].t.lanes()[lane];
         if t == before { far } else { state.far_of_lane(t.to_f64(), lane) }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, run: &Run) {
+        if run.kind != COMPOSITE {
+            self.scene.columns.with(run.kind, Prefetch(run.first as usize));
+        }
     }
 
     #[inline(always)]
@@ -212,6 +220,17 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             let only = choose(alone, &[this; LANES], &only);
             self.noted[packet] = Noted { lanes: known | met, only };
         }
+    }
+}
+
+/// Asks the memory for a row.
+struct Prefetch(usize);
+
+impl<S: Scalar> WithBlock<S> for Prefetch {
+    type Output = ();
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) {
+        block.prefetch(self.0);
     }
 }
 
