@@ -255,6 +255,9 @@ fn random(row: u32, which: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::Tests;
+    use crate::scene::{Object, Shape};
+    use std::sync::Arc;
 
     /// They used to be written to files that could not be read again.
     #[test]
@@ -274,6 +277,24 @@ mod tests {
         assert_eq!(starts(made.mirror()), [0.0, 1.0]);
         assert_eq!(starts(made.diffuse()), [0.0, 1.0]);
         assert!(made.shadow(DVec3::splat(1e300)).is_empty());
+    }
+
+    /// Packets that are alone, and the last of an odd number, are tested beside themselves.
+    #[test]
+    fn each_packet_is_counted_once() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let triangle = Object::new(Shape::Triangle { vertices: Box::new(corners), normals: None });
+        let scene = Scene { objects: vec![Arc::new(triangle)], ..Scene::default() };
+        let bench = Workbench::new(&scene, Precision::Fast, Preset::Balanced, 1).unwrap();
+        for packets in 1..=4 {
+            let mut rays = RaySet::default();
+            for k in 0..8 * packets {
+                let x = 0.01 * (k + 1) as f32;
+                rays.push([x, 0.1, -1.0], [0.0, 0.0, 1.0], (0.0, f32::INFINITY));
+            }
+            let Tests { tests, lanes } = bench.occupancy(&rays, Traversal::Auto).leaf;
+            assert_eq!((tests, lanes), (packets, 8 * packets));
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::packet::{Bounds, Crossing, Frame, Interval, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Order, Sides};
 use super::visit::Visit;
-use super::{Bvh, Child, Node};
+use super::{Bvh, Child};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
 
 /// Packets that share an octant, and how they are looked at.
@@ -76,18 +76,8 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
             farthest = highest(fars);
             continue;
         }
-        let node = &bvh.nodes[entry.child.index()];
-        let looking = (&units, fars, farthest);
-        expand::<B, _, LOOSE>(
-            (node, &bvh.nodes),
-            who,
-            &sides,
-            &culls,
-            looking,
-            packets,
-            (stack, &mut top),
-            visit,
-        );
+        let (cull_by, looking) = ((&sides, &culls), (&units, fars, farthest));
+        expand::<B, _, LOOSE>((bvh, entry.child), who, cull_by, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -146,18 +136,8 @@ pub(super) fn walk_packet<B: Scalar>(
             }
             continue;
         }
-        let node = &bvh.nodes[entry.child.index()];
-        let looking = (&units, far, farthest);
-        expand::<B, _, false>(
-            (node, &bvh.nodes),
-            lanes,
-            &sides,
-            &culls,
-            looking,
-            packets,
-            (stack, &mut top),
-            visit,
-        );
+        let (cull_by, looking) = ((&sides, &culls), (&units, far, farthest));
+        expand::<B, _, false>((bvh, entry.child), lanes, cull_by, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -165,15 +145,15 @@ pub(super) fn walk_packet<B: Scalar>(
 /// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked.
 #[inline(always)]
 fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
-    (node, nodes): (&Node<B>, &[Node<B>]),
+    (bvh, child): (&Bvh<B>, Child),
     who: u8,
-    sides: &Sides,
-    culls: &Culls<B>,
+    (sides, culls): (&Sides, &Culls<B>),
     (units, fars, farthest): (&Units<B>, B::Lane, B),
     packets: &[Packet<B>],
     (stack, top): (&mut [Entry<B>], &mut usize),
     visit: &mut V,
 ) {
+    let node = &bvh.nodes[child.index()];
     visit.boxes(node.children());
     // All eight children against the bounds of the whole group.
     let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
@@ -194,7 +174,7 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         if let Some(run) = child.only_run() {
             visit.prefetch(&run);
         } else if !child.is_leaf() {
-            nodes[child.index()].prefetch();
+            bvh.nodes[child.index()].prefetch();
         }
         let (near, far) = sides.of_child(node, c);
         let (mut enter, mut leave) = (B::Lane::zero(), fars);

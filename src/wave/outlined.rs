@@ -54,9 +54,12 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
             let other = if more == 0 { k } else { first_and_last(more).0 };
             rest = more & more.wrapping_sub(1);
             let lines = LinePairs::of([k, other].map(|k| &self.views.lines[k]));
-            for (k, [through, unsure]) in [k, other].into_iter().zip(outlines.meet(rows.clone(), &lines)) {
+            let told = outlines.meet(rows.clone(), &lines);
+            for (side, (k, [through, unsure])) in [k, other].into_iter().zip(told).enumerate() {
                 let (query, live) = (&self.queries[k], self.packets[k].live());
-                rows.clone().for_each(|_| self.count.leaf(live.count_ones()));
+                if side == 0 || more != 0 {
+                    rows.clone().for_each(|_| self.count.leaf(live.count_ones()));
+                }
                 let mut passing = through.of(live);
                 for row in unsure.of(live).rows() {
                     let through = block.through(four * QUAD + row, &query.rays, self.views.of(k));
