@@ -1,7 +1,7 @@
 //! `octray compare`: how far two picture files are apart.
 
 use super::Failure;
-use super::number::number;
+use super::number::{number, share};
 use super::overwrite::refuse_overwrites;
 use super::streams::{line_to_stdout, to_stdout};
 use clap::ValueEnum;
@@ -32,7 +32,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t)]
     input_gamma: InputGamma,
     /// Fail (exit code 1) unless at least this share of the pixels off edges agree within 2e-3
-    #[arg(long, value_name = "SHARE", value_parser = number(0.0..=1.0, "a share from 0 to 1"))]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
     gate: Option<f64>,
 }
 

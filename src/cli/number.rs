@@ -14,6 +14,11 @@ pub fn number<T: FromStr + PartialOrd>(
     }
 }
 
+/// A share, for `--gate`.
+pub fn share(text: &str) -> Result<f64, String> {
+    number(0.0..=1.0, "a share from 0 to 1")(text)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -212,8 +212,7 @@ impl Machine<'_> {
 
 impl Draft {
     fn transform(&mut self, transform: &Transform) {
-        self.light.location = transform.point(self.light.location);
-        self.light.point_at = transform.point(self.light.point_at);
+        self.light.move_by(transform);
         self.area.axes = self.area.axes.map(|axis| transform.vector(axis));
         self.lights.iter_mut().for_each(|light| light.move_by(transform));
         if let Some(object) = &mut self.more.projected_through {

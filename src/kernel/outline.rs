@@ -1,9 +1,9 @@
 //! Outlines of triangles as lines see them: which rays surely pass through, and which surely pass by.
 //!
-//! In go four triangles' corners and sixteen rays, as lines in Plücker coordinates; out come two bits a ray and triangle. It is done in single
-//! precision whatever the scene's, and what that cannot tell is left to the triangle's own test, which this never
-//! contradicts: no crack opens and no hit moves by a bit. Most rays are told for a third of that test's arithmetic, in double
-//! precision for a sixth.
+//! In go four triangles' corners and sixteen rays, as lines in Plücker coordinates; out come two bits a ray and triangle. It
+//! is done in single precision whatever the scene's, and what that cannot tell is left to the triangle's own test, which this
+//! never contradicts: no crack opens and no hit moves by a bit. Most rays are told for a third of that test's arithmetic, in
+//! double precision for a sixth.
 //!
 //! A line passes an edge on the side that the sign of their side product says (Plücker's permuted inner product; Shoemake
 //! 1998, Plücker coordinate tutorial, Ray Tracing News 11(1)), through the triangle if it is the same for all three. Seen

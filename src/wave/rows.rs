@@ -1,4 +1,4 @@
-//! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against eight rows.
+//! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against four rows.
 
 use super::outlined::Outlined;
 use super::query::{GROUP, Query};

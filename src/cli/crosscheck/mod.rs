@@ -15,7 +15,7 @@ mod verdict;
 
 use super::Failure;
 use super::compare::gate;
-use super::number::number;
+use super::number::share;
 use super::render::TracingArgs;
 use super::scene::{SceneArgs, load};
 use super::streams::line_to_stdout;
@@ -62,7 +62,7 @@ pub struct Args {
     #[arg(long, value_name = "PROGRAM", default_value = "povray")]
     povray: PathBuf,
     /// Fail (exit code 1) unless at least this share of each scene's pixels off edges agree within 2e-3
-    #[arg(long, value_name = "SHARE", value_parser = number(0.0..=1.0, "a share from 0 to 1"))]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
     gate: Option<f64>,
 }
 
