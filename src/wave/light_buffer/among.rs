@@ -71,14 +71,18 @@ pub(super) fn met<S: Scalar, B: Scalar>(
     ways: &mut Ways<S>,
     lanes: u8,
 ) -> u8 {
-    let mut met = 0;
-    for alike in candidates.chunk_by(|a, b| a.kind == b.kind) {
-        let kind = alike[0].kind;
-        let (base, open) = (scene.base[usize::from(kind)], lanes & !met);
-        met |= scene.columns.with(kind, Meets { alike, base, rank: &scene.rank, ways, lanes: open });
-        if met == lanes {
+    // Lists are long, and mostly little of them lies before the farthest of the points: no more is read.
+    let farthest = bits(lanes).map(|lane| ways.depths[lane & (LANES - 1)]).fold(0.0, f32::max);
+    let (mut met, mut rest) = (0, candidates);
+    while let Some(&Candidate { kind, near, .. }) = rest.first() {
+        if near > farthest || met == lanes {
             break;
         }
+        let alike = rest.iter().take_while(|next| next.kind == kind && next.near <= farthest).count();
+        let (alike, others) = rest.split_at(alike);
+        let (base, open) = (scene.base[usize::from(kind)], lanes & !met);
+        met |= scene.columns.with(kind, Meets { alike, base, rank: &scene.rank, ways, lanes: open });
+        rest = others;
     }
     met
 }

@@ -8,6 +8,7 @@
 //! answers are those that tracing would give; of what is left nothing is said.
 
 mod among;
+mod ball;
 mod casters;
 mod cell;
 mod raster;

@@ -1,6 +1,7 @@
 //! Fills the cells around a light: of each caster, the cells that its box can be seen through, and those that a convex solid
 //! fills.
 
+use super::ball::Ball;
 use super::casters::{Caster, Casters, Region, caster};
 use super::cell::{Entry, Settle, TRIANGLE};
 use super::seen::{Outline, Seen, relative};
@@ -117,16 +118,18 @@ pub fn fill<S: Scalar, B: Scalar>(
         let (seen, drawn) = (&mut *seen, &mut *drawn);
         scene.columns.with(*kind as u8, Place { opaque, base, location, slack, faces, seen, drawn });
     }
-    for (number, seen) in seen.iter().enumerate() {
+    for (number, seen) in seen.iter_mut().enumerate() {
         let face = buffer.faces[number];
-        drawn.outlined.clear();
+        let light = Light { location, number, face, slack };
+        drawn.begin(&face);
+        // The nearest first: what lies behind what fills a cell is not put into it.
+        seen.outlines.sort_unstable_by(|(a, one), (b, other)| one.near.total_cmp(&other.near).then(a.cmp(b)));
         for (caster, outline) in &seen.outlines {
             let (name, caster) = (*caster, &all[*caster as usize]);
             let places = outline.cells(&face);
-            draw(name, outline, &face, places, slack, &mut drawn.outlined);
+            let first = drawn.draw(name, (caster, outline), &light, places);
             if caster.blocks {
-                let light = Light { location, face: number, slack };
-                block(scene, caster, &light, &face, places, (corners, &mut drawn.outlined));
+                block(scene, caster, &light, places, (corners, drawn, first));
             }
         }
         drawn.settle(&Settle { scene, casters: &all, facets: &seen.facets }, &face, &mut buffer);
@@ -217,6 +220,8 @@ impl<S: Scalar> WithBlock<S> for Place<'_> {
 struct Drawn {
     /// Casters in their cells, one caster after the other: those of one face.
     outlined: Vec<(u32, Entry)>,
+    /// By cell of that face, from where on one of them fills it.
+    dark: Vec<f32>,
     /// By cell of all faces: the last of its links, or [`NO_LINK`].
     last: Vec<u32>,
     links: Vec<Link>,
@@ -245,6 +250,41 @@ impl Drawn {
         self.links.reserve(room as usize);
     }
 
+    /// Nothing outlined yet of a face.
+    fn begin(&mut self, face: &Face) {
+        self.outlined.clear();
+        self.dark.clear();
+        self.dark.resize((face.columns * face.rows) as usize, f32::INFINITY);
+    }
+
+    /// Outlines a caster in the cells of `places`, as far as nothing before it fills them: where in the list that begins.
+    fn draw(
+        &mut self,
+        name: u32,
+        (caster, outline): (&Caster, &Outline),
+        light: &Light,
+        [[left, right], [low, high]]: [[u32; 2]; 2],
+    ) -> usize {
+        let Light { face, slack, .. } = light;
+        let (first, ball) = (self.outlined.len(), Ball::of(caster, light));
+        for row in low..=high {
+            let near = outline.near.max(outline.depth_in(1, row, face));
+            for column in left..=right {
+                let mut near = near.max(outline.depth_in(0, column, face));
+                if let Some(ball) = &ball {
+                    let Some(depth) = ball.depth_in([column, row], face) else { continue };
+                    near = near.max(depth);
+                }
+                let near = (near * (1.0 - DEPTH_ROUNDING) - slack) as f32;
+                let cell = row * face.columns + column;
+                if near <= self.dark[cell as usize] {
+                    self.outlined.push((cell, Entry { near, far: f32::INFINITY, what: name }));
+                }
+            }
+        }
+        first
+    }
+
     /// Puts a thing into a cell.
     #[inline(always)]
     fn put(&mut self, cell: u32, name: u32) {
@@ -258,7 +298,7 @@ impl Drawn {
         for name in 0..self.outlined.len() {
             self.put(face.first + self.outlined[name].0, name as u32);
         }
-        let Self { outlined, last, links, entries } = self;
+        let Self { outlined, last, links, entries, .. } = self;
         for cell in 0..face.columns * face.rows {
             let number = (face.first + cell) as usize;
             entries.clear();
@@ -316,32 +356,14 @@ fn drawn(buffer: &LightBuffer, seen: &[Seen; FACES]) -> f64 {
     buffer.faces.iter().zip(seen).map(|(face, seen)| seen.drawn(face)).sum()
 }
 
-/// Tells the cells that a caster is seen through how near it may be.
-fn draw(
-    number: u32,
-    outline: &Outline,
-    face: &Face,
-    places: [[u32; 2]; 2],
-    slack: f64,
-    entries: &mut Vec<(u32, Entry)>,
-) {
-    let [[left, right], [low, high]] = places;
-    for row in low..=high {
-        let near = outline.near.max(outline.depth_in(1, row, face));
-        for column in left..=right {
-            let near = near.max(outline.depth_in(0, column, face));
-            let near = (near * (1.0 - DEPTH_ROUNDING) - slack) as f32;
-            let entry = Entry { near, far: f32::INFINITY, what: number };
-            entries.push((row * face.columns + column, entry));
-        }
-    }
-}
-
 /// A light, and the face that is looked through.
-struct Light {
-    location: DVec3,
-    face: usize,
-    slack: f64,
+pub(super) struct Light {
+    pub location: DVec3,
+    /// The face's number, and how it is laid out.
+    pub number: usize,
+    pub face: Face,
+    /// What casters are grown by.
+    pub slack: f64,
 }
 
 /// Tells the cells that a convex solid fills from where on they are dark.
@@ -353,29 +375,23 @@ fn block<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     caster: &Caster,
     light: &Light,
-    face: &Face,
-    places: [[u32; 2]; 2],
-    (depths, entries): (&mut Vec<f64>, &mut [(u32, Entry)]),
+    [[left, right], [low, high]]: [[u32; 2]; 2],
+    (depths, drawn, first): (&mut Vec<f64>, &mut Drawn, usize),
 ) {
-    let [[left, right], [low, high]] = places;
-    if right - left < 2 || high - low < 2 {
+    let Drawn { outlined, dark, .. } = drawn;
+    if right - left < 2 || high - low < 2 || outlined.len() == first {
         return; // No cell but those on its rim.
     }
-    let (_, across, up, backward) = axes(light.face);
+    let (Light { face, .. }, (_, across, up, backward)) = (light, axes(light.number));
     let columns = (right - left + 2) as usize;
     let corners = columns * (high - low + 2) as usize;
-    // What has just been drawn, cell by cell.
-    let Some(drawn) = entries.len().checked_sub(((right - left + 1) * (high - low + 1)) as usize) else {
-        return;
-    };
-    let mut drawn = entries[drawn..].iter_mut();
     depths.clear();
-    for first in (0..corners).step_by(LANES) {
+    for eight in (0..corners).step_by(LANES) {
         let place = |side: usize, edge: u32| face.corner[side] + f64::from(edge) / face.scale;
-        let corner = |k: usize| (first + k) % columns;
+        let corner = |k: usize| (eight + k) % columns;
         let mut dir = [f64x8::lit(if backward { -1.0 } else { 1.0 }); 3];
         dir[across] = f64x8::from_fn(|k| place(0, left + corner(k) as u32));
-        dir[up] = f64x8::from_fn(|k| place(1, low + ((first + k) / columns) as u32));
+        dir[up] = f64x8::from_fn(|k| place(1, low + ((eight + k) / columns) as u32));
         let dir = Vec3::new(dir[0], dir[1], dir[2]);
         let length = dir.length();
         let rays =
@@ -383,17 +399,17 @@ fn block<S: Scalar, B: Scalar>(
         let t = scene.columns.with(caster.kind, Pierce { row: caster.row as usize, rays: &rays });
         depths.extend_from_slice(&(t.to_f64s() / length).to_array());
     }
-    for row in low..=high {
-        for column in left..=right {
-            let Some((_, entry)) = drawn.next() else { return };
-            let corner = (row - low) as usize * columns + (column - left) as usize;
-            let four = [corner, corner + 1, corner + columns, corner + columns + 1].map(|c| depths[c]);
-            if four.iter().any(|depth| depth.is_nan()) {
-                continue;
-            }
-            let depth = four.into_iter().fold(0.0, f64::max);
-            entry.far = (depth * (1.0 + DEPTH_ROUNDING) + light.slack) as f32;
+    for (cell, entry) in &mut outlined[first..] {
+        let (row, column) = (*cell / face.columns, *cell % face.columns);
+        let corner = (row - low) as usize * columns + (column - left) as usize;
+        let four = [corner, corner + 1, corner + columns, corner + columns + 1].map(|c| depths[c]);
+        if four.iter().any(|depth| depth.is_nan()) {
+            continue;
         }
+        let depth = four.into_iter().fold(0.0, f64::max);
+        entry.far = (depth * (1.0 + DEPTH_ROUNDING) + light.slack) as f32;
+        let dark = &mut dark[*cell as usize];
+        *dark = dark.min(entry.far);
     }
 }
 
