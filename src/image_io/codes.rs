@@ -42,6 +42,7 @@ impl Developer {
     }
 
     /// The pixel's codes.
+    #[inline]
     pub fn develop(&self, pixel: &Pixel) -> [u8; 3] {
         pixel.rgb.map(|light| self.0.code(light))
     }
@@ -49,14 +50,18 @@ impl Developer {
 
 /// A transfer to 8-bit codes as the lights at which the code changes: the same codes without a power a pixel.
 struct Steps {
-    /// The least light of each code but 0.
-    first: [f32; 255],
+    /// The least light of each code but 0, and infinity.
+    first: [f32; 256],
     /// The code of the least light of each exponent and its highest bits of mantissa, from those of code 1 on.
     start: Vec<u8>,
+    /// The least of these lights.
+    least: f32,
+    /// How many codes a light may be beyond that of its start.
+    beyond: usize,
 }
 
-/// Bits of a float that do not tell its start: 1024 starts for each power of two, so that few lights are a step beyond theirs. (Of
-/// 128 for the brighter half of sRGB every other has a step in it, and its lights' codes are not to be guessed.)
+/// Bits of a float that do not tell its start: 1024 starts for each power of two, so that no two of sRGB's steps lie in one. (A light
+/// before the first step or beyond a start's takes no other way than the rest: which it is would be guessed, mostly wrongly.)
 const BELOW_START: u32 = 13;
 
 impl Steps {
@@ -71,29 +76,32 @@ impl Steps {
             }
             f32::from_bits(at)
         };
-        let first: [f32; 255] = std::array::from_fn(|k| first_of(k as u16 + 1));
-        let mut code = 0;
+        let first: [f32; 256] =
+            std::array::from_fn(|k| if k < 255 { first_of(k as u16 + 1) } else { f32::INFINITY });
         let starts = first[0].to_bits() >> BELOW_START..=1f32.to_bits() >> BELOW_START;
-        let start = starts.map(|start| {
-            let light = f32::from_bits(start << BELOW_START);
-            code += first[usize::from(code)..].iter().take_while(|&&first| light >= first).count() as u8;
-            code
-        });
-        Self { first, start: start.collect() }
+        let lights = starts.map(|start| f32::from_bits(start << BELOW_START));
+        let least = lights.clone().next().unwrap_or_default();
+        let mut code = 0;
+        let start: Vec<u8> = lights
+            .map(|light| {
+                code += first[usize::from(code)..].iter().take_while(|&&first| light >= first).count() as u8;
+                code
+            })
+            .collect();
+        let beyond = start.iter().zip(&start[1..]).map(|(this, next)| usize::from(next - this)).max();
+        Self { first, start, least, beyond: beyond.unwrap_or(0) }
     }
 
     #[inline]
     fn code(&self, light: f32) -> u8 {
-        // A NaN fails the comparison.
-        if !(light >= self.first[0]) {
-            return 0;
+        // (`max` and `min` take the other number for NaN.)
+        let light = light.max(self.least).min(1.0);
+        let start = (light.to_bits() >> BELOW_START) - (self.least.to_bits() >> BELOW_START);
+        let mut code = self.start.get(start as usize).copied().unwrap_or(255);
+        for _ in 0..self.beyond {
+            code += u8::from(light >= self.first[usize::from(code)]);
         }
-        let start = (light.to_bits() >> BELOW_START) - (self.first[0].to_bits() >> BELOW_START);
-        let mut code = self.start.get(start as usize).map_or(255, |&code| usize::from(code));
-        while self.first.get(code).is_some_and(|&first| light >= first) {
-            code += 1;
-        }
-        code as u8
+        code
     }
 }
 
