@@ -255,6 +255,28 @@ mod pictures {
     }
 
     #[test]
+    fn what_a_scene_reads_is_not_written_over() {
+        let folder = folder();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("size.inc", "#declare R = 1;");
+        write("data.ppm", "1, 2");
+        let reads = "#include \"size.inc\" #fopen F \"data.ppm\" read #read (F, A) sphere { 0, R*A pigment { rgb 1 } }";
+        write("ball.scn", &format!("#version 3.7; global_settings {{ assumed_gamma 1 }} {reads}"));
+        for (args, name) in [
+            ("-o size.inc --format png", "size.inc"),
+            ("-o ./data.ppm", "./data.ppm"),
+            ("-o new.png --stats size.inc", "size.inc"),
+        ] {
+            let before = fs::read(folder.path().join(name)).unwrap();
+            let (code, message) = told(&octray(folder.path(), &format!("render ball.scn {args}")));
+            let overwritten = format!("would overwrite the file that the scene reads: {name}");
+            assert!(code == 2 && message.contains(&overwritten), "{args}: {code} {message}");
+            assert_eq!(fs::read(folder.path().join(name)).unwrap(), before, "{args}");
+        }
+        assert_eq!(told(&octray(folder.path(), "render ball.scn -o new.png")).0, 0);
+    }
+
+    #[test]
     fn every_format_holds_the_same_picture() {
         let folder = with_ball();
         assert_eq!(told(&octray(folder.path(), "render ball.scn -W 40 -H 30 -o exact.exr")).0, 0);

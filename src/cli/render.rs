@@ -2,9 +2,9 @@
 
 use super::Failure;
 use super::number::number;
-use super::overwrite::refuse_overwrites;
+use super::overwrite::{Named, refuse_overwrites};
 use super::progress::Bar;
-use super::scene::{SceneArgs, load};
+use super::scene::{SceneArgs, load_with_files};
 use super::stats::Stats;
 use super::streams::to_stdout;
 use clap::ValueEnum;
@@ -186,7 +186,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = Instant::now();
     let output = Output::of(args)?;
     let size = (args.width as usize, args.height as usize);
-    let scene = load(&args.scene, &args.scene_args, size, args.quiet)?;
+    let (scene, files_read) = load_with_files(&args.scene, &args.scene_args, size, args.quiet)?;
+    let read: Vec<_> = files_read.iter().map(|path| ("file that the scene reads", &**path)).collect();
+    refuse_overwrites(&read, &output.written(args))?;
     let parse_s = start.elapsed().as_secs_f64();
     // Before the rendering, which may take hours.
     output.check_writable()?;
@@ -291,11 +293,15 @@ impl Output {
                 "JPEG holds at most {JPEG_SIDE} pixels a side, not {longest}"
             )));
         }
-        let stats = args.stats.as_deref().filter(|path| !is_stdout(path));
-        let picture = output.path.as_deref().map(|path| ("picture", path));
-        let written: Vec<_> = picture.into_iter().chain(stats.map(|path| ("stats", path))).collect();
-        refuse_overwrites(&[("scene", &args.scene)], &written)?;
+        refuse_overwrites(&[("scene", &args.scene)], &output.written(args))?;
         Ok(output)
+    }
+
+    /// The files that will be written.
+    fn written<'a>(&'a self, args: &'a Args) -> Vec<Named<'a>> {
+        let stats = args.stats.as_deref().filter(|path| !is_stdout(path));
+        let picture = self.path.as_deref().map(|path| ("picture", path));
+        picture.into_iter().chain(stats.map(|path| ("stats", path))).collect()
     }
 
     fn check_writable(&self) -> Result<(), Failure> {

@@ -60,6 +60,16 @@ pub enum MessageFormat {
 /// Reads a scene and prints its diagnostics, and unless `quiet` what its `#debug` and `#warning` write, to the
 /// standard error stream. `Failure::Scene` if it has errors, or too many shapes to be rendered.
 pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) -> Result<Scene, Failure> {
+    load_with_files(path, args, size, quiet).map(|(scene, _)| scene)
+}
+
+/// The same, and every file that was read for it.
+pub fn load_with_files(
+    path: &Path,
+    args: &SceneArgs,
+    size: (usize, usize),
+    quiet: bool,
+) -> Result<(Scene, Vec<PathBuf>), Failure> {
     let found = eval::load(path, &options(args, size));
     print_messages(&found, quiet, args.message_format);
     if found.has_errors() {
@@ -70,7 +80,7 @@ pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) ->
         let name = path.display();
         return Err(Failure::Large(format!("{name} has {}; {}", many(shapes), over_limit(args.max_shapes))));
     }
-    Ok(found.scene)
+    Ok((found.scene, found.files_read))
 }
 
 /// How many shapes of all kinds.
