@@ -214,20 +214,11 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         stack[*top] = Entry { near: t_in[c], child: node.child[c], who };
         *top += 1;
     };
-    if V::ANY {
-        let mut rest = met;
-        while rest != 0 {
-            let c = (LANES - 1).saturating_sub(rest.leading_zeros() as usize / LANES);
-            rest &= !(0xff << (LANES * c));
-            push(c);
-        }
-        return;
-    }
     let (mut rest, mut order) = (met, Order::default());
     while rest != 0 {
-        let c = rest.trailing_zeros() as usize / LANES;
+        let c = (LANES - 1).saturating_sub(rest.leading_zeros() as usize / LANES);
         rest &= !(0xff << (LANES * c));
-        order.insert(t_in[c], c);
+        if V::ANY { push(c) } else { order.insert(t_in[c], c) }
     }
     order.farthest_first().for_each(push);
 }
