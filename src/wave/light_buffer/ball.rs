@@ -1,4 +1,4 @@
-//! Spheres as a light sees them: a disc fills three quarters of its square, and its front is where the square's is in one place only.
+//! Spheres as a light sees them: a disc fills three quarters of the square about it, and is as near as its box in one place only.
 
 use super::Face;
 use super::casters::Caster;
