@@ -35,7 +35,7 @@ impl Ball {
     /// at depth 1.
     pub fn depth_in(&self, cell: [u32; 2], face: &Face) -> Option<f64> {
         let half = (0.5 + CELL_ROUNDING) / face.scale;
-        let [x, y] = [0, 1].map(|side| face.corner[side] + (f64::from(cell[side]) + 0.5) / face.scale);
+        let [x, y] = [0, 1].map(|side| face.place(side, f64::from(cell[side]) + 0.5));
         let ([along, across, up], square) = (self.center, |x: f64| x * x);
         let cross = square(across * y - up * x) + square(up - along * y) + square(along * x - across);
         let middle = (cross / (1.0 + x * x + y * y)).sqrt();
@@ -75,9 +75,8 @@ mod tests {
             let (along, across, up, backward) = axes(light.number);
             let mut least = f64::INFINITY;
             for way in 0..64 {
-                let place = |side: usize, share: usize| {
-                    face.corner[side] + (f64::from(cell[side]) + share as f64 / 7.0) / face.scale
-                };
+                let place =
+                    |side: usize, share: usize| face.place(side, f64::from(cell[side]) + share as f64 / 7.0);
                 let mut dir = DVec3::ZERO;
                 dir[along] = if backward { -1.0 } else { 1.0 };
                 (dir[across], dir[up]) = (place(0, way % 8), place(1, way / 8));

@@ -79,6 +79,13 @@ struct Face {
     scale: f64,
 }
 
+impl Face {
+    /// How far across (side 0) or up (side 1) at depth 1 lies what is so many cells from where the first one begins.
+    fn place(&self, side: usize, cells: f64) -> f64 {
+        self.corner[side] + cells / self.scale
+    }
+}
+
 /// Of points nearer or farther than this, along the axis of their face, nothing is said: single precision has no room for them.
 const REACH: Range<f64> = 1e-30..1e30;
 

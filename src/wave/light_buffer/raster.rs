@@ -387,11 +387,10 @@ fn block<S: Scalar, B: Scalar>(
     let corners = columns * (high - low + 2) as usize;
     depths.clear();
     for eight in (0..corners).step_by(LANES) {
-        let place = |side: usize, edge: u32| face.corner[side] + f64::from(edge) / face.scale;
         let corner = |k: usize| (eight + k) % columns;
         let mut dir = [f64x8::lit(if backward { -1.0 } else { 1.0 }); 3];
-        dir[across] = f64x8::from_fn(|k| place(0, left + corner(k) as u32));
-        dir[up] = f64x8::from_fn(|k| place(1, low + ((eight + k) / columns) as u32));
+        dir[across] = f64x8::from_fn(|k| face.place(0, f64::from(left + corner(k) as u32)));
+        dir[up] = f64x8::from_fn(|k| face.place(1, f64::from(low + ((eight + k) / columns) as u32)));
         let dir = Vec3::new(dir[0], dir[1], dir[2]);
         let length = dir.length();
         let rays =

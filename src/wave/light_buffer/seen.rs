@@ -55,14 +55,13 @@ impl Outline {
 
     /// The least depth at which the box's side number `side` can be met in cell number `cell` along it.
     pub fn depth_in(&self, side: usize, cell: u32, face: &Face) -> f64 {
-        let place = |edge: f64| face.corner[side] + edge / face.scale;
         let [low, high] = self.sides[side];
         let (first, last) = (f64::from(cell) - CELL_ROUNDING, f64::from(cell + 1) + CELL_ROUNDING);
         if low > 0.0 {
-            let last = place(last);
+            let last = face.place(side, last);
             if last > 0.0 { low / last } else { f64::INFINITY }
         } else if high < 0.0 {
-            let first = place(first);
+            let first = face.place(side, first);
             if first < 0.0 { high / first } else { f64::INFINITY }
         } else {
             0.0
