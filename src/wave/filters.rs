@@ -12,7 +12,7 @@ use super::trace::Tracer;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Left, Rays, Surfaces};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes, f32x8};
-use crate::texture::Colors;
+use crate::texture::{Colors, PigmentProgram};
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 pub struct Rest<L> {
@@ -29,6 +29,30 @@ impl<L: Lane> Rest<L> {
     pub fn of(rays: &Feelers<L>) -> Self {
         Self { filter: Vec3::lit(1.0), medium: rays.medium, distance: rays.t_max }
     }
+
+    /// Lets `tint` of the light through in some lanes: those where that leaves any.
+    fn dim(&mut self, tint: Vec3<f32x8>, lanes: u8) -> u8 {
+        let filter = self.filter.mul(tint);
+        let worth = filter.abs().max_element().ge(f32x8::lit(NO_LIGHT));
+        let left = filter.map(|f| worth.keep(f));
+        self.filter = Vec3::select(Mask::from_bits(lanes), left, self.filter);
+        lanes & worth.bits()
+    }
+}
+
+/// What a surface lets through wherever and however rays meet it, if that is all they meet there: one colour, and an interior that
+/// neither gathers nor swallows light.
+fn one_tint<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> Option<Vec3<f32x8>> {
+    let owner = &scene.owners[scene.owner[surface as usize] as usize];
+    let interior = &scene.interiors[owner.interior as usize];
+    let [texture, b, c] = owner.textures;
+    let row = &scene.textures.textures[texture as usize];
+    let layers = &scene.textures.programs[row.program as usize].layers;
+    let alike = b == texture && c == texture && owner.interior_texture.is_none() && !owner.blocks;
+    let clear = interior.caustics == 0.0 && interior.fade_power <= 0.0;
+    let plain = layers.iter().all(|layer| matches!(layer.pigment, PigmentProgram::Plain));
+    let anywhere = || texture_filter(scene, texture, Vec3::default(), (0.0, S::Lane::zero()));
+    (alike && clear && plain).then(anywhere)
 }
 
 /// What the crossings of `surface`, the only one in the way of the rays `lanes` of `query`, leave of their light.
@@ -43,19 +67,24 @@ pub fn through_one<S: Scalar, B: Scalar>(
     let on = query.lanes_on(surface) & lanes;
     let left = Left { on: Mask::from_bits(on), part: query.part };
     let (lines, mut last, mut after) = (query.rays, S::Lane::zero(), query.t_min);
+    let tint = one_tint(scene, surface);
     let crossed = |t: S::Lane| {
         let hits = (t.gt(after) & t.lt(rays.t_max)).bits() & lanes;
         if hits == 0 {
             return;
         }
-        (query.t, query.surface) = (t, choose(hits, &[surface; LANES], &[NO_SURFACE; LANES]));
-        let found = resolve(scene, query);
-        let more = cross(scene, query, &found, (hits, t - last), &mut rest, media);
+        let (point, more) = if let Some(tint) = tint {
+            (lines.origin + lines.dir * t, rest.dim(tint, hits))
+        } else {
+            (query.t, query.surface) = (t, choose(hits, &[surface; LANES], &[NO_SURFACE; LANES]));
+            let found = resolve(scene, query);
+            (found.point, cross(scene, query, &found, (hits, t - last), &mut rest, media))
+        };
         lanes &= more | !hits;
         let met = Mask::from_bits(hits);
         last = met.select(t, last);
         // Within the rounding of where a ray would go on there is nothing new.
-        after = met.select(t + start_rounding(&found.point), after);
+        after = met.select(t + start_rounding(&point), after);
     };
     let (kind, row) = scene.row_of(surface);
     let left = (on != 0).then_some(&left);
@@ -133,7 +162,7 @@ fn cross<S: Scalar, B: Scalar>(
     let owners = each_number(&surfaces, |surface| scene.owner[surface as usize]);
     let cos = found.normal.dot(query.rays.dir).abs();
     let before = rest.medium;
-    let mut waiting = hits;
+    let (mut waiting, mut more) = (hits, 0);
     // Neighbours mostly meet one object, and come from one interior.
     while waiting != 0 {
         let first = waiting.trailing_zeros() as usize & (LANES - 1);
@@ -148,12 +177,9 @@ fn cross<S: Scalar, B: Scalar>(
             tint = tint.mul(Vec3::from_fn(|k| fade_over(interior, way.lanes()[k].to_f64())));
         }
         rest.medium = choose(same, &[crossing.next; LANES], &rest.medium);
-        rest.filter = Vec3::select(Mask::from_bits(same), rest.filter.mul(tint), rest.filter);
+        more |= rest.dim(tint, same);
     }
-    let worth = rest.filter.abs().max_element().ge(f32x8::lit(NO_LIGHT));
-    let spent = !worth & Mask::from_bits(hits);
-    rest.filter = Vec3::select(spent, Vec3::lit(0.0), rest.filter);
-    hits & worth.bits()
+    more
 }
 
 /// What surfaces of one owner let through at eight points.
