@@ -16,6 +16,7 @@ pub use crate::wave::{LightBuffers, Occupancy, Schedule, Traversal};
 use bytemuck::Zeroable;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -146,18 +147,18 @@ pub fn render(
     options: &RenderOptions,
     progress: OnProgress<'_>,
 ) -> Result<(Film, RenderStats), RenderError> {
-    develop(scene, options, |pixel| pixel, progress)
+    develop(scene, options, |pixels, film| film.extend_from_slice(pixels), progress)
 }
 
-/// Renders `scene`, and keeps of each pixel what `develop` makes of it: a picture of bytes takes a fifth of a film's
-/// memory, and fresh memory is dear.
+/// Renders `scene`, and keeps of its pixels what `develop` makes of them, which is handed some and where to add that, one for
+/// one: a picture of bytes takes a fifth of a film's memory, and fresh memory is dear.
 ///
 /// # Errors
 /// As [`render`].
 pub fn develop<P: Copy + Zeroable + Send>(
     scene: &Scene,
     options: &RenderOptions,
-    develop: impl Fn(Pixel) -> P + Sync,
+    develop: impl Fn(&[Pixel], &mut Vec<P>) + Sync,
     progress: OnProgress<'_>,
 ) -> Result<(Picture<P>, RenderStats), RenderError> {
     let (width, height) = (options.width, options.height);
@@ -173,7 +174,8 @@ pub fn develop<P: Copy + Zeroable + Send>(
     // thread's work.
     let done = |tile: Tile<'_>| {
         progress(sum.add(tile.pixels.len(), tile.rays));
-        let developed: Vec<P> = tile.pixels.iter().map(|&pixel| develop(linear(pixel))).collect();
+        let mut developed = Vec::with_capacity(tile.pixels.len());
+        develop(&linear(tile.pixels), &mut developed);
         let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
         picture.lay(tile.corner, tile.width, &developed);
     };
@@ -248,17 +250,17 @@ impl Sum {
 }
 
 /// Decodes what was summed in the scene's working space to linear light.
-fn to_linear(working_space: Gamma) -> impl Fn(Pixel) -> Pixel + Sync {
+fn to_linear(working_space: Gamma) -> impl Fn(&[Pixel]) -> Cow<'_, [Pixel]> + Sync {
     let transfer = match working_space {
         Gamma::Off | Gamma::Power(1.0) => None,
         Gamma::Power(gamma) => Some(Transfer::Power(gamma)),
         Gamma::Srgb => Some(Transfer::Srgb),
     };
-    move |pixel| match transfer {
-        None => pixel,
+    move |pixels| match transfer {
+        None => Cow::Borrowed(pixels),
         Some(transfer) => {
             let decode = |value: f32| transfer.decode(f64::from(value)) as f32;
-            Pixel { rgb: pixel.rgb.map(decode), ..pixel }
+            pixels.iter().map(|pixel| Pixel { rgb: pixel.rgb.map(decode), ..*pixel }).collect()
         }
     }
 }

@@ -9,6 +9,7 @@ use super::stats::Stats;
 use super::streams::to_stdout;
 use clap::ValueEnum;
 use octray::file_io;
+use octray::film::Pixel;
 use octray::image_io::{self, Developer, Encoding, Format};
 use octray::render::{
     Engine, LightBuffers, Precision, RenderError, RenderOptions, Schedule, Traversal, develop, render,
@@ -205,8 +206,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let encoding = args.encoding(&scene, output.format);
     let (file, stats) = if let Some(developer) = Developer::of(&encoding) {
-        let (picture, stats) =
-            develop(&scene, &options, |pixel| developer.develop(&pixel), &progress).map_err(failure)?;
+        let to_codes = |pixels: &[Pixel], codes: &mut Vec<_>| developer.develop(pixels, codes);
+        let (picture, stats) = develop(&scene, &options, to_codes, &progress).map_err(failure)?;
         (image_io::encode_developed(&picture, &encoding)?, stats)
     } else {
         let (film, stats) = render(&scene, &options, &progress).map_err(failure)?;

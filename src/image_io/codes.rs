@@ -8,7 +8,9 @@ use crate::transfer::{Transfer, quantise};
 /// them.
 pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
     if let Some(developer) = Developer::of(encoding) {
-        return film.pixels.iter().flat_map(|pixel| developer.develop(pixel)).collect();
+        let mut codes = Vec::with_capacity(film.pixels.len());
+        developer.develop(&film.pixels, &mut codes);
+        return codes.into_flattened();
     }
     let channels = if encoding.alpha { 4 } else { 3 };
     let mut bytes = Vec::with_capacity(film.pixels.len() * channels * if encoding.deep { 2 } else { 1 });
@@ -31,7 +33,7 @@ pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
     bytes
 }
 
-/// Turns pixels to the codes of a file of three 8-bit channels, one by one.
+/// Turns pixels to the codes of a file of three 8-bit channels.
 pub struct Developer(Steps);
 
 impl Developer {
@@ -41,10 +43,16 @@ impl Developer {
         (bytes && !encoding.alpha && !encoding.deep).then(|| Self(Steps::new(encoding.transfer)))
     }
 
-    /// The pixel's codes.
-    #[inline]
-    pub fn develop(&self, pixel: &Pixel) -> [u8; 3] {
-        pixel.rgb.map(|light| self.0.code(light))
+    /// Adds the pixels' codes to `codes`.
+    pub fn develop(&self, pixels: &[Pixel], codes: &mut Vec<[u8; 3]>) {
+        let Self(steps) = self;
+        // sRGB is one step beyond a start at most: a loop that says so is laid out flat.
+        match steps.beyond {
+            1 => codes.extend(pixels.iter().map(|pixel| pixel.rgb.map(|light| steps.code(light, 1)))),
+            beyond => {
+                codes.extend(pixels.iter().map(|pixel| pixel.rgb.map(|light| steps.code(light, beyond))))
+            }
+        }
     }
 }
 
@@ -92,13 +100,14 @@ impl Steps {
         Self { first, start, least, beyond: beyond.unwrap_or(0) }
     }
 
-    #[inline]
-    fn code(&self, light: f32) -> u8 {
+    /// The code of a light that is at most `beyond` codes beyond that of its start.
+    #[inline(always)]
+    fn code(&self, light: f32, beyond: usize) -> u8 {
         // (`max` and `min` take the other number for NaN.)
         let light = light.max(self.least).min(1.0);
         let start = (light.to_bits() >> BELOW_START) - (self.least.to_bits() >> BELOW_START);
         let mut code = self.start.get(start as usize).copied().unwrap_or(255);
-        for _ in 0..self.beyond {
+        for _ in 0..beyond {
             code += u8::from(light >= self.first[usize::from(code)]);
         }
         code
@@ -142,7 +151,7 @@ mod tests {
                 lights.chain([f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 0.0, f32::MIN_POSITIVE])
             {
                 let expected = quantise(transfer.encode(f64::from(light)), 255);
-                assert_eq!(u16::from(steps.code(light)), expected, "{transfer:?} of {light}");
+                assert_eq!(u16::from(steps.code(light, steps.beyond)), expected, "{transfer:?} of {light}");
             }
         }
     }
