@@ -1,15 +1,17 @@
-//! Shadow rays that a light's buffer answers have the answers that tracing gives.
+//! Shadow rays that are answered by what is known of a light's surroundings have the answers that tracing gives.
 
 use octray::eval;
 use octray::film::Film;
 use octray::render::{LightBuffers, Precision, RenderOptions, Schedule, render};
 
-/// Rows of solids of every convex kind, things that are none, glass, and what casts no shadow; some close to a lamp.
+/// Rows of solids of every convex kind, things that are none, glass, and what casts no shadow; some close to a lamp. Of `Count` from
+/// `First` on.
 const YARD: &str = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 4 }
 camera { location <-7, 6, -9> look_at <0, 0.5, 0> angle 50 }
-#declare S = seed(3);
-#declare I = 0;
-#while (I < 144)
+#ifndef (First) #declare First = 0; #declare Count = 144; #end
+#declare S = seed(3 + First);
+#declare I = First;
+#while (I < First + Count)
   object {
     #switch (mod(I, 9))
       #case (0) sphere { 0, 0.4 } #break
@@ -46,6 +48,15 @@ const ROOMS: [&str; 3] = [
     "box { -15, 15 pigment { rgb 0.8 } finish { diffuse 0.6, 0.3 } }",
 ];
 
+/// The pixels that differ by more than `tolerance`.
+fn differences(one: &Film, other: &Film, tolerance: f32) -> usize {
+    let channels = |film: &Film, k: usize| film.pixels[k].rgb;
+    let differs = |k: &usize| {
+        channels(one, *k).iter().zip(channels(other, *k)).any(|(a, b)| !((a - b).abs() <= tolerance))
+    };
+    (0..one.pixels.len()).filter(differs).count()
+}
+
 /// A picture, and which share of its shadow rays was answered.
 fn picture(text: &str, precision: Precision, light_buffers: LightBuffers) -> (Film, f64) {
     let read = eval::from_text("yard", text, &eval::Options::default());
@@ -65,13 +76,7 @@ fn answers_are_those_of_tracing() {
         for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
             let (traced, none) = picture(&text, precision, LightBuffers::Never);
             let (answered, share) = picture(&text, precision, LightBuffers::Always);
-            let differs = |k: usize| {
-                (0..3).any(|c| {
-                    let (a, b) = (traced.pixels[k].rgb[c], answered.pixels[k].rgb[c]);
-                    !((a - b).abs() <= tolerance)
-                })
-            };
-            let over = (0..traced.pixels.len()).filter(|&k| differs(k)).count();
+            let over = differences(&traced, &answered, tolerance);
             assert!(over <= outlines, "{room}: {over} pixels in {precision:?}");
             assert_eq!(none, 0.0);
             // A third is, with the few cells of so small a picture; in single precision nothing is known of the far light.
@@ -122,14 +127,32 @@ fn triangles_answer_as_tracing_does() {
         for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
             let (traced, _) = picture(text, precision, LightBuffers::Never);
             let (answered, share) = picture(text, precision, LightBuffers::Always);
-            let differs = |k: &usize| {
-                let (a, b) = (traced.pixels[*k].rgb, answered.pixels[*k].rgb);
-                (0..3).any(|c| !((a[c] - b[c]).abs() <= tolerance))
-            };
-            let over = (0..traced.pixels.len()).filter(differs).count();
+            let over = differences(&traced, &answered, tolerance);
             assert!(over <= outlines, "{over} pixels in {precision:?}");
             // With the few cells of so small a picture.
             assert!(share > least, "{share} answered in {precision:?}");
+        }
+    }
+}
+
+/// Few things are held against the ways to a light one by one, in cones: by themselves, in pictures of any size.
+#[test]
+fn few_things_answer_as_tracing_does() {
+    for (number, first) in (0..144).step_by(12).enumerate() {
+        let room = ROOMS[number % ROOMS.len()];
+        // Some things more than a cone each: a triangle, what is seen edge-on, and what stretches beyond everything.
+        let more = "triangle { <-3, 0.2, -3>, <2, 3, -2>, <0, 0.1, 3> pigment { rgb 0.7 } }
+            box { <-9, -0.2, -9>, <9, -0.1, 9> pigment { rgb 0.5 } } plane { x, 9 pigment { rgb 0.6 } }";
+        let text =
+            format!("#declare First = {first}; #declare Count = 12;\n{YARD}\n{LIGHTS}\n{room}\n{more}");
+        for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
+            let (traced, none) = picture(&text, precision, LightBuffers::Never);
+            let (answered, share) = picture(&text, precision, LightBuffers::Auto);
+            let over = differences(&traced, &answered, tolerance);
+            assert!(over <= outlines, "{first}: {over} pixels in {precision:?}");
+            assert_eq!(none, 0.0);
+            // Of what five lights, some of them among the things, do not see.
+            assert!(share > 0.15, "{first}: {share} answered in {precision:?}");
         }
     }
 }
@@ -139,6 +162,10 @@ fn lights_without_a_place_have_none() {
     let lights = "light_source { <3, 8, 5>, 0.5 parallel point_at 0 }
         light_source { <3, 8, 5>, 0.5 cylinder radius 2 falloff 4 point_at 0 }
         light_source { <3, 8, -5>, 0.5 shadowless }";
-    let (_, share) = picture(&format!("{YARD}\n{lights}"), Precision::Exact, LightBuffers::Always);
-    assert_eq!(share, 0.0);
+    for (part, buffers) in
+        [("", LightBuffers::Always), ("#declare First = 0; #declare Count = 9;", LightBuffers::Auto)]
+    {
+        let (_, share) = picture(&format!("{part}{YARD}\n{lights}"), Precision::Exact, buffers);
+        assert_eq!(share, 0.0);
+    }
 }

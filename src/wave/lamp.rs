@@ -85,6 +85,13 @@ impl<L: Lane> Lamp<L> {
             bright &= !known.blocked;
             self.free = known.free;
         }
+        if let Some(cones) = &light.cones {
+            let (way, from) = ((dir, distance), (&hit.surface, hit.outside));
+            cones.look(hit.point, way, from, bright & front & !double, &mut self.known);
+            *answered += u64::from((self.known.free | self.known.blocked).count_ones());
+            bright &= !self.known.blocked;
+            self.free = self.known.free;
+        }
         self.shadowless = light.shadowless;
         (self.dir, self.distance, self.cos) = (dir, distance, cos);
         (self.front, self.back) = (bright & front, bright & !front);

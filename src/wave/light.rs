@@ -1,6 +1,6 @@
 //! Lights as eight points see them (manual section 3.4.4; formulas as measured on POV-Ray 3.7).
 
-use super::light_buffer::LightBuffer;
+use super::light_buffer::{Cones, LightBuffer};
 use crate::lane::{Lane, Mask, Vec3, f32x8};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
@@ -20,6 +20,8 @@ pub struct LightProgram {
     pub shadowless: bool,
     /// What is known of the ways to it, if that is worth while.
     pub buffer: Option<LightBuffer>,
+    /// Or what is around it, if that is little.
+    pub cones: Option<Cones>,
 }
 
 impl LightProgram {
@@ -58,6 +60,7 @@ impl LightProgram {
             fade: light.fade.map(|fade| (fade.distance, fade.power)),
             shadowless: light.shadowless,
             buffer: None,
+            cones: None,
         }
     }
 

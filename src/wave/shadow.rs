@@ -4,6 +4,7 @@
 //! see-through is only noted. Those with such a note gather what the surfaces let through.
 
 use super::filters::{Rest, gather_filters, through_one};
+use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::{GROUP, Query};
 use super::queue::{Feelers, Queue};
@@ -35,12 +36,12 @@ impl<S: Scalar> ShadowTracer<S> {
         self.suspects.clear();
     }
 
-    /// Traces the ready packets of `queue`, which lead to light number `light`, and adds the light that arrives to
+    /// Traces the ready packets of `queue`, which lead to light number `light` with these `cones` around it, and adds the light that arrives to
     /// `sums`; rays in whose way are several things that tint it wait.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
-        (light, queue): (usize, &mut Queue<Feelers<S::Lane>>),
+        (light, cones, queue): (usize, Option<&Cones>, &mut Queue<Feelers<S::Lane>>),
         tracer: &mut Tracer<B>,
         media: &mut Media,
         sums: &mut Sums,
@@ -50,7 +51,7 @@ impl<S: Scalar> ShadowTracer<S> {
         }
         for group in queue.packets().chunks(GROUP) {
             aim(&mut self.queries, group);
-            let noted = tracer.occluded(scene, &mut self.queries, &mut self.suspects[light]);
+            let noted = tracer.occluded(scene, &mut self.queries, (&mut self.suspects[light], cones));
             for ((query, rays), noted) in self.queries.iter_mut().zip(group).zip(noted) {
                 let lanes = rays.lanes & !query.hits();
                 let tinted = lanes & noted.lanes;

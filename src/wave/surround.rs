@@ -2,7 +2,7 @@
 
 use super::hand_out;
 use super::light::LightProgram;
-use super::light_buffer::{Casters, Room, are_worth_it, fill};
+use super::light_buffer::{Casters, Cones, Room, are_worth_it, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
 
@@ -37,6 +37,13 @@ pub fn surround<S: Scalar, B: Scalar>(
     pixels: usize,
 ) {
     let cells = (pixels / PIXELS_A_CELL).min(MOST_CELLS).min(MOST_OF_ALL / lights.len().max(1));
+    if buffers == LightBuffers::Auto && scene.bvh.is_small() {
+        let casters = Casters::of(scene);
+        for light in lights {
+            light.cones = light.shadow_point().map(|place| Cones::of(scene, &casters, place));
+        }
+        return;
+    }
     let casters = match buffers {
         LightBuffers::Never => return,
         LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,

@@ -124,7 +124,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         for (light, queue) in shadow_queues.iter_mut().enumerate() {
             queue.flush();
             shadow += queue.take_count();
-            shadows.trace(shared.scene, (light, queue), tracer, media, sums);
+            let cones = shared.lights[light].cones.as_ref();
+            shadows.trace(shared.scene, (light, cones, queue), tracer, media, sums);
         }
         shadows.flush(shared.scene, tracer, media, sums);
         // From the order of the rays to rows.
@@ -193,7 +194,8 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         for (light, queue) in shadow_queues.iter_mut().enumerate() {
             if queue.len() >= SHADOW_BATCH {
-                shadows.trace(scene, (light, queue), tracer, media, sums);
+                let cones = shared.lights[light].cones.as_ref();
+                shadows.trace(scene, (light, cones, queue), tracer, media, sums);
             }
         }
     }

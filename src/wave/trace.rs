@@ -1,6 +1,7 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
 use super::leaves::{Leaves, Noted};
+use super::light_buffer::Cones;
 use super::query::{GROUP, Query};
 use super::rows::Views;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
@@ -41,25 +42,25 @@ impl<B: Scalar> Tracer<B> {
 
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
     pub fn nearest<S: Scalar>(&mut self, scene: &Compiled<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
-        self.trace::<S, false>(scene, queries, filter, &mut None);
+        self.trace::<S, false>(scene, queries, filter, (&mut None, None));
     }
 
     /// Whether anything that blocks light is hit before `t`: in lanes where it is, `surface` names something hit (not
     /// the nearest). Returns, for each packet, what is see-through on the way.
     ///
-    /// `suspect` is what blocked such rays the last time, and is tried before anything is looked for: a light's shadow
+    /// `known` begins with what blocked such rays the last time, which is tried before anything is looked for: a light's shadow
     /// rays come in the order of pixels, and neighbours mostly lie in one shadow (Haines and Greenberg 1986, The light
     /// buffer). One does as well as four, and only as long as it blocks whole packets.
     pub fn occluded<S: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
-        suspect: &mut Option<Run>,
+        known: (&mut Option<Run>, Option<&Cones>),
     ) -> &[Noted; GROUP] {
         self.noted.fill(Noted::default());
         let classes = class::BLOCKS | class::FILTERS;
         if scene.has_class(classes) {
-            self.trace::<S, true>(scene, queries, classes, suspect);
+            self.trace::<S, true>(scene, queries, classes, known);
         }
         &self.noted
     }
@@ -69,13 +70,13 @@ impl<B: Scalar> Tracer<B> {
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
-        suspect: &mut Option<Run>,
+        known: (&mut Option<Run>, Option<&Cones>),
     ) {
         if self.occupancy.is_none() {
-            self.trace_counting::<S, (), ANY>(scene, queries, filter, suspect);
+            self.trace_counting::<S, (), ANY>(scene, queries, filter, known);
             return;
         }
-        let counted = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, suspect);
+        let counted = self.trace_counting::<S, Occupancy, ANY>(scene, queries, filter, known);
         if let Some(occupancy) = &mut self.occupancy {
             *occupancy += counted;
         }
@@ -86,7 +87,7 @@ impl<B: Scalar> Tracer<B> {
         scene: &Compiled<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
-        suspect: &mut Option<Run>,
+        (suspect, cones): (&mut Option<Run>, Option<&Cones>),
     ) -> C {
         let Self { stack, packets, scratch, stretches, noted, traversal, .. } = self;
         stretches.clear();
@@ -111,6 +112,16 @@ impl<B: Scalar> Tracer<B> {
             }
         }
         if scene.bvh.nodes.is_empty() {
+            return leaves.count;
+        }
+        if let (Some(cones), true, Traversal::Auto) = (cones, ANY, *traversal) {
+            for k in 0..leaves.queries.len() {
+                let query = &leaves.queries[k];
+                let (way, waiting) = ((query.rays.dir, query.t), query.waiting::<ANY>());
+                cones.each_met(way, waiting, |run, lanes| {
+                    leaves.run(run, k, lanes);
+                });
+            }
             return leaves.count;
         }
         packets.resize(leaves.queries.len(), Packet::idle());

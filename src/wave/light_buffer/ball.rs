@@ -49,7 +49,7 @@ impl Ball {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compile::NO_SURFACE;
+    use crate::compile::{NO_SURFACE, class};
     use crate::random::Random;
     use glam::DVec3;
 
@@ -65,7 +65,8 @@ mod tests {
             let location = numbers.vector(5.0);
             let bounds = Aabb { min: location + center - radius, max: location + center + radius };
             let (kind, surface) = (Kind::Sphere as u8, NO_SURFACE);
-            let caster = Caster { bounds, kind, row: 0, surface, blocks: true, opaque: true };
+            let caster =
+                Caster { bounds, kind, row: 0, classes: class::BLOCKS, surface, blocks: true, opaque: true };
             let face = Face { first: 0, columns: 16, rows: 16, corner: [-1.0; 2], scale: 8.0 };
             let light = Light { location, number: round % 6, face, slack: 1e-12 };
             let Some(ball) = Ball::of(&caster, &light) else { continue };

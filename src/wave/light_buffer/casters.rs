@@ -3,7 +3,7 @@
 use crate::bvh::Child;
 use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, class};
 use crate::kernel::{Aabb, Block, Solid};
-use crate::lane::{Lane, Scalar, Vec3, f64x8};
+use crate::lane::Scalar;
 use glam::DVec3;
 
 /// Something of finite size that casts a shadow.
@@ -13,6 +13,8 @@ pub(super) struct Caster {
     /// Kind and row, [`COMPOSITE`] and number.
     pub kind: u8,
     pub row: u32,
+    /// See [`class`].
+    pub classes: u8,
     /// Of convex solids, which never stand in the way of their own front; else [`NO_SURFACE`].
     pub surface: SurfaceId,
     /// A convex solid that stops all light.
@@ -120,6 +122,18 @@ impl Casters {
     }
 }
 
+impl Casters {
+    /// Those that have bounds, triangles among the rest.
+    pub(super) fn bounded<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>) -> Vec<Caster> {
+        let mut all = self.all.clone();
+        for (kind, opaque) in &self.triangles {
+            let rows = (0u32..).zip(opaque).filter(|(_, opaque)| **opaque);
+            all.extend(rows.map(|(row, _)| caster(scene, (*kind as u8, class::BLOCKS), row)));
+        }
+        all
+    }
+}
+
 /// A row of a kind, with its classes.
 pub(super) fn caster<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
@@ -128,7 +142,8 @@ pub(super) fn caster<S: Scalar, B: Scalar>(
 ) -> Caster {
     if kind == COMPOSITE {
         let bounds = scene.csg.composites[row as usize].bounds;
-        return Caster { bounds, kind: COMPOSITE, row, surface: NO_SURFACE, blocks: false, opaque: false };
+        let (kind, surface) = (COMPOSITE, NO_SURFACE);
+        return Caster { bounds, kind, row, classes, surface, blocks: false, opaque: false };
     }
     let known = Kind::ALL[usize::from(kind)];
     let (convex, opaque) = (is_convex(known), classes & class::BLOCKS != 0);
@@ -136,70 +151,9 @@ pub(super) fn caster<S: Scalar, B: Scalar>(
         bounds: scene.columns.bounds(known, row as usize),
         kind,
         row,
+        classes,
         surface: if convex { scene.base[usize::from(kind)] + row } else { NO_SURFACE },
         blocks: convex && opaque,
         opaque,
-    }
-}
-
-/// A convex region that a light is in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Region {
-    /// Its boundary: points on it are as good as in it.
-    pub surface: SurfaceId,
-    inside: Inside,
-}
-
-/// What is strictly within a region, less what roundings may move.
-#[derive(Debug, Clone, Copy)]
-enum Inside {
-    /// `normal . p > least`.
-    HalfSpace { normal: DVec3, least: f64 },
-    /// Nearer to `center` than the root of `square`.
-    Ball { center: DVec3, square: f64 },
-    /// Within a box.
-    Box(Aabb),
-}
-
-impl Region {
-    /// The side of a plane that `location` is on, less `slack`; `None` if that is not plain.
-    pub fn beside(plane: &HalfSpace, location: DVec3, slack: f64) -> Option<Self> {
-        let height = plane.normal.dot(location - plane.foot);
-        let normal = plane.normal * height.signum();
-        let least = normal.dot(plane.foot) + slack;
-        let inside = Inside::HalfSpace { normal, least };
-        (height.abs() > 2.0 * slack).then_some(Self { surface: plane.surface, inside })
-    }
-
-    /// The inside of a caster whose box `location` is in, less `slack`; `None` if it is not in it, or that is not known.
-    pub fn within(caster: &Caster, location: DVec3, slack: f64) -> Option<Self> {
-        let Aabb { min, max } = caster.bounds;
-        let inside = if caster.kind == Kind::Sphere as u8 {
-            let radius = 0.5 * (max - min).min_element() - slack;
-            Inside::Ball { center: caster.bounds.center(), square: radius * radius.max(0.0) }
-        } else if caster.kind == Kind::Box as u8 {
-            Inside::Box(Aabb { min: min + slack, max: max - slack })
-        } else {
-            return None;
-        };
-        let region = Self { surface: caster.surface, inside };
-        (region.holds(Vec3::<f64x8>::splat(location)) == !0).then_some(region)
-    }
-
-    /// Which of eight points are in it.
-    #[inline(always)]
-    pub fn holds<L: Lane>(&self, point: Vec3<L>) -> u8 {
-        match self.inside {
-            Inside::HalfSpace { normal, least } => point.dot(Vec3::splat(normal)).gt(L::lit(least)).bits(),
-            Inside::Ball { center, square } => {
-                let off = point - Vec3::splat(center);
-                off.dot(off).lt(L::lit(square)).bits()
-            }
-            Inside::Box(Aabb { min, max }) => {
-                let axis = |p: L, min: f64, max: f64| p.gt(L::lit(min)) & p.lt(L::lit(max));
-                let inside = axis(point.x, min.x, max.x) & axis(point.y, min.y, max.y);
-                (inside & axis(point.z, min.z, max.z)).bits()
-            }
-        }
     }
 }

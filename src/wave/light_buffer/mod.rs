@@ -4,18 +4,22 @@
 //! Around each point light lies a cube of cells. A cell knows how near the first thing may be that could stand in a
 //! way through it, and beyond which depth all of it is blocked: by one convex solid, or by triangles that leave no gap. Most
 //! points are nearer than the one or farther than the other. Of those between, the ones on a single sheet of
-//! triangles with nothing before it are lit, and others are held against the few things that the cell lists. The
-//! answers are those that tracing would give; of what is left nothing is said.
+//! triangles with nothing before it are lit, and others are held against the few things that the cell lists. Where there
+//! are few things at all there are no cells, but a cone for each ([`Cones`]). The answers are those that tracing would give; of
+//! what is left nothing is said.
 
 mod among;
 mod ball;
 mod casters;
 mod cell;
+mod cones;
 mod raster;
+mod region;
 mod seen;
 mod sheet;
 
 pub use casters::{Casters, are_worth_it};
+pub use cones::Cones;
 pub use raster::{Room, fill};
 
 use super::query::Query;
@@ -25,8 +29,8 @@ use crate::lane::{
     LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
 };
 use among::{Candidate, Ways, met};
-use casters::Region;
 use glam::DVec3;
+use region::Regions;
 use std::ops::Range;
 
 /// A direction from the light, and the paths near it. Depths are along the axis of the cube's face.
@@ -103,10 +107,7 @@ pub struct LightBuffer {
     candidates: Vec<Candidate>,
     /// Surfaces of triangles, all of which are part of what the cells tell as sheets.
     sheets: [Range<SurfaceId>; 2],
-    /// Convex regions that the light is in and whose surface may block: a way within them all meets none of those.
-    regions: Vec<Region>,
-    /// Nothing unknown stands anywhere, so that an empty cell is free.
-    complete: bool,
+    regions: Regions,
 }
 
 /// What a light's buffer knows of eight points.
@@ -213,16 +214,7 @@ impl LightBuffer {
             known.free |= free;
             (known.cell, known.depth) = (cell, depth.to_array());
         }
-        let mut open = known.free | known.doubtful;
-        if !self.complete {
-            open = 0;
-        }
-        for region in &self.regions {
-            if open == 0 {
-                break;
-            }
-            open &= region.holds(point) | equal_lanes(surface, region.surface);
-        }
+        let open = self.regions.hold(known.free | known.doubtful, point, surface);
         known.free &= open;
         known.doubtful &= open;
     }

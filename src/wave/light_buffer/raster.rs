@@ -2,8 +2,9 @@
 //! fills.
 
 use super::ball::Ball;
-use super::casters::{Caster, Casters, Region, caster};
+use super::casters::{Caster, Casters, caster};
 use super::cell::{Entry, Settle, TRIANGLE};
+use super::region::{Regions, slack_at};
 use super::seen::{Outline, Seen, relative};
 use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
@@ -13,9 +14,6 @@ use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8};
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// What columns, points and depths may be off by, in roundings of the scene's reach: a few each for a point on a surface, the
-/// light's place and a crossing.
-const ROUNDINGS: f64 = 64.0;
 /// Cells are held in single precision: depths are kept off by so many parts.
 pub(super) const DEPTH_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 /// What a point's place in its cell may be off by, in cells: half of it by the point, half by single precision.
@@ -54,8 +52,7 @@ pub fn fill<S: Scalar, B: Scalar>(
     cells: usize,
     room: &mut Room,
 ) -> LightBuffer {
-    let far = casters.bounds.map_or(0.0, |b| b.min.abs().max(b.max.abs()).max_element());
-    let slack = ROUNDINGS * S::UNIT_ROUNDOFF * location.abs().max_element().max(far);
+    let slack = slack_at::<S>(location, casters);
     let mut buffer = LightBuffer {
         location,
         faces: [Face::default(); FACES],
@@ -63,15 +60,8 @@ pub fn fill<S: Scalar, B: Scalar>(
         lists: Vec::new(),
         candidates: Vec::new(),
         sheets: [0..0, 0..0],
-        regions: Vec::new(),
-        complete: casters.complete,
+        regions: Regions::of(casters, location, slack),
     };
-    for plane in &casters.planes {
-        match Region::beside(plane, location, slack) {
-            Some(region) => buffer.regions.push(region),
-            None => buffer.complete = false,
-        }
-    }
 
     let Room { seen, drawn, corners } = room;
     seen.iter_mut().for_each(Seen::clear);
@@ -86,10 +76,7 @@ pub fn fill<S: Scalar, B: Scalar>(
     };
     for (number, caster) in casters.all.iter().enumerate() {
         if !show(seen, number, caster) {
-            match Region::within(caster, location, slack) {
-                Some(region) => buffer.regions.push(region),
-                None => buffer.complete = false,
-            }
+            buffer.regions.enter(caster, location, slack);
         }
     }
     // Triangles that are part of sheets, and others.
@@ -99,7 +86,9 @@ pub fn fill<S: Scalar, B: Scalar>(
         others.extend(rows.into_iter().map(|row| caster(scene, (*kind as u8, class::BLOCKS), row)));
     }
     for (number, caster) in others.iter().enumerate() {
-        buffer.complete &= show(seen, casters.all.len() + number, caster);
+        if !show(seen, casters.all.len() + number, caster) {
+            buffer.regions.give_up();
+        }
     }
     buffer.sheets = [0, 1].map(|k| {
         let (kind, opaque) = &casters.triangles[k];

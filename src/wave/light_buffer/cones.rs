@@ -1,0 +1,184 @@
+//! The few things around a light, each in the cone that it fills: eight ways to the light are held against all of them at once,
+//! which takes less than to look up a cell for each.
+
+use super::Known;
+use super::casters::{Caster, Casters};
+use super::region::{Regions, slack_at};
+use super::seen::relative;
+use crate::bvh::Run;
+#[cfg(doc)]
+use crate::compile::NO_SURFACE;
+use crate::compile::{Compiled, Kind, SurfaceId};
+use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes, f32x8};
+use glam::DVec3;
+
+/// What stands around a light, in compiled space.
+#[derive(Debug)]
+pub struct Cones {
+    /// Of what the light is beside.
+    all: Vec<Cone>,
+    /// What it is in the box of.
+    around: Vec<Run>,
+    regions: Regions,
+}
+
+/// A caster as a light sees it, in a ball and in a box. Cosines are those between a way and that to the ball's middle, places are
+/// counted from the caster to the light.
+#[derive(Debug, Clone, Copy)]
+struct Cone {
+    axis: [f32; 3],
+    /// The least cosine of a way that it may be in.
+    least: f32,
+    /// It is in the way of nothing nearer to the light than this.
+    near: f32,
+    /// From this cosine on ways end in it, if they begin beyond `beyond`.
+    full: f32,
+    beyond: f32,
+    /// Least and greatest places in its box, which tell more of anything but a ball.
+    corners: Option<[[f32; 3]; 2]>,
+    /// Of convex solids, which are never in the way of their own front; else [`NO_SURFACE`].
+    surface: SurfaceId,
+    caster: Run,
+}
+
+/// What cosines of directions in single precision may be off by: a rounding or two each of their components, of three products and
+/// two sums, and of the bound.
+const COSINE_ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+/// What distances may be off by, in parts: the same of a product and a bound.
+const DISTANCE_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
+
+impl Cones {
+    /// Of all `casters`, where `S` is what rays are traced in.
+    pub fn of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, casters: &Casters, location: DVec3) -> Self {
+        let slack = slack_at::<S>(location, casters);
+        let regions = Regions::of(casters, location, slack);
+        let mut cones = Self { all: Vec::new(), around: Vec::new(), regions };
+        for caster in &casters.bounded(scene) {
+            let (min, max) = relative(caster, location, slack);
+            if min.max(-max).max_element() <= 0.0 {
+                cones.regions.enter(caster, location, slack);
+                cones.around.push(run(caster));
+            } else {
+                cones.all.push(Cone::of(caster, location, slack));
+            }
+        }
+        cones
+    }
+
+    /// Puts into `known` what is known of the ways from `lanes` of eight points, by their unit directions and lengths. As for
+    /// [`super::LightBuffer::look`], the points lie on surfaces that are lit on the side that is seen.
+    #[inline]
+    pub fn look<L: Lane>(
+        &self,
+        point: Vec3<L>,
+        way: (Vec3<L>, L),
+        (surface, outside): (&[SurfaceId; LANES], u8),
+        lanes: u8,
+        known: &mut Known,
+    ) {
+        let way = Way::of(way);
+        let (mut met, mut blocked) = (0u8, 0u8);
+        for cone in &self.all {
+            let (cosine, within) = cone.holds(&way, lanes);
+            if within == 0 {
+                continue;
+            }
+            let others = within & !(equal_lanes(surface, cone.surface) & outside);
+            let behind = cosine.gt(f32x8::splat(cone.full)) & way.length.gt(f32x8::splat(cone.beyond));
+            met |= others;
+            blocked |= others & behind.bits();
+        }
+        known.free = self.regions.hold(lanes & !met, point, surface);
+        (known.blocked, known.doubtful) = (blocked, 0);
+    }
+
+    /// Hands those of the rays `lanes` to the light, by their unit directions and lengths, that may meet a caster to `test`, one
+    /// caster after the other.
+    #[inline(always)]
+    pub fn each_met<L: Lane>(&self, way: (Vec3<L>, L), lanes: u8, mut test: impl FnMut(&Run, u8)) {
+        for caster in &self.around {
+            test(caster, lanes);
+        }
+        let way = Way::of(way);
+        for cone in &self.all {
+            let (_, within) = cone.holds(&way, lanes);
+            if within != 0 {
+                test(&cone.caster, within);
+            }
+        }
+    }
+}
+
+/// A caster as a run of its own.
+fn run(caster: &Caster) -> Run {
+    Run { kind: caster.kind, class: caster.classes, last: true, len: 1, first: caster.row }
+}
+
+/// Eight ways to a light.
+struct Way {
+    dir: Vec3<f32x8>,
+    inverse: Vec3<f32x8>,
+    length: f32x8,
+}
+
+impl Way {
+    /// By their unit directions and lengths.
+    #[inline(always)]
+    fn of<L: Lane>((dir, length): (Vec3<L>, L)) -> Self {
+        let dir = dir.cast::<f32x8>();
+        Self { dir, inverse: dir.slab_inverse(), length: length.cast() }
+    }
+}
+
+impl Cone {
+    /// Of a caster in whose box `location` is not.
+    fn of(caster: &Caster, location: DVec3, slack: f64) -> Self {
+        let (center, size) = (location - caster.bounds.center(), caster.bounds.max - caster.bounds.min);
+        let (distance, is_ball) = (center.length(), caster.kind == Kind::Sphere as u8);
+        let radius = 0.5 * if is_ball { size.max_element() } else { size.length() };
+        let corners = || {
+            let (min, max) = relative(caster, location, slack);
+            let grown = (-max).abs().max(-min).max_element() * DISTANCE_ROUNDING;
+            [-max - grown, -min + grown].map(|corner| corner.as_vec3().to_array())
+        };
+        let mut cone = Self {
+            axis: (center / distance).as_vec3().to_array(),
+            least: f32::NEG_INFINITY,
+            near: 0.0,
+            full: f32::INFINITY,
+            beyond: f32::INFINITY,
+            corners: (!is_ball).then(corners),
+            surface: caster.surface,
+            caster: run(caster),
+        };
+        // Of the ways that touch a ball of a radius.
+        let cosine = |radius: f64| (1.0 - (radius / distance).powi(2)).max(0.0).sqrt();
+        let (grown, shrunk) = (radius + slack, radius - slack);
+        if distance > grown {
+            cone.least = (cosine(grown) - COSINE_ROUNDING) as f32;
+            // (Shadow rays end a little before the light.)
+            cone.near = ((distance - grown - 4.0 * slack) * (1.0 - DISTANCE_ROUNDING)) as f32;
+            if is_ball && caster.blocks && shrunk > 0.0 {
+                cone.full = (cosine(shrunk) + COSINE_ROUNDING) as f32;
+                // Nothing that is met is farther than where ways touch.
+                cone.beyond = ((distance * cosine(shrunk) + slack) * (1.0 + DISTANCE_ROUNDING)) as f32;
+            }
+        }
+        cone
+    }
+
+    /// The cosines of eight ways, and those of `lanes` that it may be in.
+    #[inline(always)]
+    fn holds(&self, way: &Way, lanes: u8) -> (f32x8, u8) {
+        let cosine = way.dir.fused_dot(Vec3::broadcast(self.axis));
+        let near = cosine.ge(f32x8::splat(self.least)) & way.length.ge(f32x8::splat(self.near));
+        let mut within = near.bits() & lanes;
+        if let (Some([low, high]), true) = (self.corners, within != 0) {
+            let [a, b] = [low, high].map(|corner| way.inverse.mul(Vec3::broadcast(corner)));
+            let enter = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z).max(f32x8::zero()));
+            let leave = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)).min(way.length);
+            within &= enter.le(leave * f32x8::lit(1.0 + DISTANCE_ROUNDING)).bits();
+        }
+        (cosine, within)
+    }
+}
