@@ -199,26 +199,29 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.scene.columns.with(run.kind, test)
     }
 
-    /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on.
+    /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on. Row by row, as what a ray notes must not
+    /// hang on what else is in a leaf.
     #[cold]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
-        let Noted { lanes: known, only } = self.noted[packet];
-        let lanes = lanes & !(known & equal_lanes(&only, NO_SURFACE));
-        if lanes == 0 {
-            return;
-        }
-        let Query { t, surface, .. } = self.queries[packet];
-        let met = self.test(run, packet, lanes);
-        let query = &mut self.queries[packet];
-        (query.t, query.surface) = (t, surface);
-        if met != 0 {
-            let single = run.len == 1 && run.kind != COMPOSITE;
-            let this = if single { self.scene.base[usize::from(run.kind)] + run.first } else { NO_SURFACE };
-            // Ray by ray: what one goes through must not hang on its neighbours.
-            let alone = met & (!known | equal_lanes(&only, this));
-            let only = choose(met, &[NO_SURFACE; LANES], &only);
-            let only = choose(alone, &[this; LANES], &only);
-            self.noted[packet] = Noted { lanes: known | met, only };
+        for first in run.first..run.first + run.len {
+            let Noted { lanes: known, only } = self.noted[packet];
+            let lanes = lanes & !(known & equal_lanes(&only, NO_SURFACE));
+            if lanes == 0 {
+                return;
+            }
+            let Query { t, surface, .. } = self.queries[packet];
+            let met = self.test(&Run { first, len: 1, ..*run }, packet, lanes);
+            let query = &mut self.queries[packet];
+            (query.t, query.surface) = (t, surface);
+            if met != 0 {
+                let single = run.kind != COMPOSITE;
+                let this = if single { self.scene.base[usize::from(run.kind)] + first } else { NO_SURFACE };
+                // Ray by ray: what one goes through must not hang on its neighbours.
+                let alone = met & (!known | equal_lanes(&only, this));
+                let only = choose(met, &[NO_SURFACE; LANES], &only);
+                let only = choose(alone, &[this; LANES], &only);
+                self.noted[packet] = Noted { lanes: known | met, only };
+            }
         }
     }
 }
