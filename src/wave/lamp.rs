@@ -5,7 +5,7 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::{Known, LightBuffer};
+use super::light_buffer::{Cones, Known, LightBuffer};
 use super::query::Query;
 use super::queue::Lines;
 use crate::compile::Compiled;
@@ -86,8 +86,7 @@ impl<L: Lane> Lamp<L> {
             self.free = known.free;
         }
         if let Some(cones) = &light.cones {
-            let (way, from) = ((dir, distance), (&hit.surface, hit.outside));
-            cones.look(hit.point, way, from, bright & front & !double, &mut self.known);
+            self.look_around(cones, hit, (dir, distance), bright & front & !double);
             *answered += u64::from((self.known.free | self.known.blocked).count_ones());
             bright &= !self.known.blocked;
             self.free = self.known.free;
@@ -96,6 +95,12 @@ impl<L: Lane> Lamp<L> {
         (self.dir, self.distance, self.cos) = (dir, distance, cos);
         (self.front, self.back) = (bright & front, bright & !front);
         bright != 0
+    }
+
+    /// Asks the cones around a light for the ways to it from `lanes`.
+    #[inline(never)] // Inlined, it takes the registers of shading.
+    fn look_around(&mut self, cones: &Cones, hit: &Hit<L>, way: (Vec3<L>, L), lanes: u8) {
+        cones.look(hit.point, way, (&hit.surface, hit.outside), lanes, &mut self.known);
     }
 }
 

@@ -67,7 +67,7 @@ impl Cones {
 
     /// Puts into `known` what is known of the ways from `lanes` of eight points, by their unit directions and lengths. As for
     /// [`super::LightBuffer::look`], the points lie on surfaces that are lit on the side that is seen.
-    #[inline]
+    #[inline(always)]
     pub fn look<L: Lane>(
         &self,
         point: Vec3<L>,
