@@ -5,7 +5,7 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::{Cones, Known, LightBuffer};
+use super::light_buffer::{Around, Cones, Known, LightBuffer};
 use super::query::Query;
 use super::queue::Lines;
 use crate::compile::Compiled;
@@ -50,8 +50,8 @@ impl<L: Lane> Lamp<L> {
             buffer.look(hit.point, &hit.surface, hit.outside, lanes & !double, known);
         };
         // A light that goes all ways is seen from wherever nothing is in the way, so that is asked first.
-        let early = light.buffer.as_ref().filter(|_| light.is_point());
-        if let Some(buffer) = early {
+        let early = light.is_point();
+        if let (Around::Cells(buffer), true) = (&light.around, early) {
             let facing = (light.is_before(hit.point, hit.normal).bits() | double) & hit.active;
             look(buffer, facing, &mut self.known);
             if facing & !self.known.blocked == 0 && !from_behind {
@@ -67,41 +67,37 @@ impl<L: Lane> Lamp<L> {
         }
         self.light = light.at(hit.point, dir, distance);
         let mut bright = self.light.abs().max_element().ge(f32x8::lit(NO_LIGHT)).bits() & hit.active;
-        self.free = if light.shadowless { !0 } else { 0 };
-        if let Some(buffer) = &light.buffer {
-            let asked = bright & front;
-            let known = &mut self.known;
-            if early.is_none() {
-                look(buffer, asked, known);
+        let (asked, known) = (bright & front, &mut self.known);
+        match &light.around {
+            Around::Unknown => known.keep(0),
+            Around::Cells(buffer) => {
+                if !early {
+                    look(buffer, asked, known);
+                }
+                known.keep(asked);
+                if known.doubtful != 0 {
+                    let mut lines = Lines::default();
+                    hit.leave(dir, &mut lines);
+                    let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
+                    buffer.ask(scene, &mut query, known);
+                }
             }
-            known.keep(asked);
-            if known.doubtful != 0 {
-                let mut lines = Lines::default();
-                hit.leave(dir, &mut lines);
-                let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
-                buffer.ask(scene, &mut query, known);
-            }
-            *answered += u64::from((known.free | known.blocked).count_ones());
-            bright &= !known.blocked;
-            self.free = known.free;
+            Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),
         }
-        if let Some(cones) = &light.cones {
-            self.look_around(cones, hit, (dir, distance), bright & front & !double);
-            *answered += u64::from((self.known.free | self.known.blocked).count_ones());
-            bright &= !self.known.blocked;
-            self.free = self.known.free;
-        }
+        *answered += u64::from((known.free | known.blocked).count_ones());
+        bright &= !known.blocked;
+        self.free = if light.shadowless { !0 } else { known.free };
         self.shadowless = light.shadowless;
         (self.dir, self.distance, self.cos) = (dir, distance, cos);
         (self.front, self.back) = (bright & front, bright & !front);
         bright != 0
     }
+}
 
-    /// Asks the cones around a light for the ways to it from `lanes`.
-    #[inline(never)] // Inlined, it takes the registers of shading.
-    fn look_around(&mut self, cones: &Cones, hit: &Hit<L>, way: (Vec3<L>, L), lanes: u8) {
-        cones.look(hit.point, way, (&hit.surface, hit.outside), lanes, &mut self.known);
-    }
+/// Asks the cones around a light for the ways to it from `lanes` of eight hits.
+#[inline(never)] // Inlined, it takes the registers of shading.
+fn look_around<L: Lane>(cones: &Cones, hit: &Hit<L>, way: (Vec3<L>, L), lanes: u8, known: &mut Known) {
+    cones.look(hit.point, way, (&hit.surface, hit.outside), lanes, known);
 }
 
 /// POV-Ray's least cosine of light that still falls on the front.

@@ -1,6 +1,6 @@
 //! Lights as eight points see them (manual section 3.4.4; formulas as measured on POV-Ray 3.7).
 
-use super::light_buffer::{Cones, LightBuffer};
+use super::light_buffer::{Around, Cones};
 use crate::lane::{Lane, Mask, Vec3, f32x8};
 use crate::scene::{Light, LightKind};
 use glam::DVec3;
@@ -18,10 +18,8 @@ pub struct LightProgram {
     fade: Option<(f64, f64)>,
     /// No shadows, no highlights.
     pub shadowless: bool,
-    /// What is known of the ways to it, if that is worth while.
-    pub buffer: Option<LightBuffer>,
-    /// Or what is around it, if that is little.
-    pub cones: Option<Cones>,
+    /// What is known of the ways to it.
+    pub around: Around,
 }
 
 impl LightProgram {
@@ -59,14 +57,18 @@ impl LightProgram {
             parallel: light.parallel || matches!(light.kind, LightKind::Cylinder { .. }),
             fade: light.fade.map(|fade| (fade.distance, fade.power)),
             shadowless: light.shadowless,
-            buffer: None,
-            cones: None,
+            around: Around::Unknown,
         }
     }
 
     /// Where its shadow rays end, if that is one point and it has any.
     pub fn shadow_point(&self) -> Option<DVec3> {
         (!self.parallel && !self.shadowless).then_some(self.location)
+    }
+
+    /// The cones around it, if it has any.
+    pub fn cones(&self) -> Option<&Cones> {
+        if let Around::Cones(cones) = &self.around { Some(cones) } else { None }
     }
 
     /// Its light goes all ways alike.

@@ -2,7 +2,7 @@
 
 use super::hand_out;
 use super::light::LightProgram;
-use super::light_buffer::{Casters, Cones, Room, are_worth_it, fill};
+use super::light_buffer::{Around, Casters, Cones, Room, are_worth_it, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
 
@@ -40,7 +40,9 @@ pub fn surround<S: Scalar, B: Scalar>(
     if buffers == LightBuffers::Auto && scene.bvh.is_small() {
         let casters = Casters::of(scene);
         for light in lights {
-            light.cones = light.shadow_point().map(|place| Cones::of(scene, &casters, place));
+            if let Some(place) = light.shadow_point() {
+                light.around = Around::Cones(Cones::of(scene, &casters, place));
+            }
         }
         return;
     }
@@ -53,8 +55,10 @@ pub fn surround<S: Scalar, B: Scalar>(
         // Memory that is needed once for all lights of a thread.
         let mut room = Room::default();
         for light in lights {
-            let around = |place| fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
-            light.buffer = light.shadow_point().map(around);
+            if let Some(place) = light.shadow_point() {
+                let buffer = fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
+                light.around = Around::Cells(buffer);
+            }
         }
     });
 }

@@ -124,7 +124,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         for (light, queue) in shadow_queues.iter_mut().enumerate() {
             queue.flush();
             shadow += queue.take_count();
-            let cones = shared.lights[light].cones.as_ref();
+            let cones = shared.lights[light].cones();
             shadows.trace(shared.scene, (light, cones, queue), tracer, media, sums);
         }
         shadows.flush(shared.scene, tracer, media, sums);
@@ -194,7 +194,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         }
         for (light, queue) in shadow_queues.iter_mut().enumerate() {
             if queue.len() >= SHADOW_BATCH {
-                let cones = shared.lights[light].cones.as_ref();
+                let cones = shared.lights[light].cones();
                 shadows.trace(scene, (light, cones, queue), tracer, media, sums);
             }
         }

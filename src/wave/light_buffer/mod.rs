@@ -96,6 +96,18 @@ const REACH: Range<f64> = 1e-30..1e30;
 /// A cube's faces: towards x, -x, y, -y, z, -z. Across and up are the next two axes.
 const FACES: usize = 6;
 
+/// What is known of what surrounds a light.
+#[derive(Debug, Default)]
+pub enum Around {
+    /// Nothing, or it is not asked for: shadow rays tell.
+    #[default]
+    Unknown,
+    /// Cell by cell.
+    Cells(LightBuffer),
+    /// Thing by thing, where there are few.
+    Cones(Cones),
+}
+
 /// What is known of the ways from one light, in compiled space.
 #[derive(Debug)]
 pub struct LightBuffer {
