@@ -57,7 +57,7 @@ pub fn surround<S: Scalar, B: Scalar>(
         for light in lights {
             if let Some(place) = light.shadow_point() {
                 let buffer = fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
-                light.around = Around::Cells(buffer);
+                light.around = Around::Cells(Box::new(buffer));
             }
         }
     });

@@ -103,7 +103,7 @@ pub enum Around {
     #[default]
     Unknown,
     /// Cell by cell.
-    Cells(LightBuffer),
+    Cells(Box<LightBuffer>),
     /// Thing by thing, where there are few.
     Cones(Cones),
 }
