@@ -1,6 +1,7 @@
 //! What is known of a composite's parts along eight rays, and which places are inside of what.
 
-use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, bit_of, max_abs};
+use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, max_abs};
+use super::parts::{Many, PartSet};
 use super::scratch::{PartRoots, Scratch};
 use super::{Composite, Constraint, CsgTree, NodeKind};
 use crate::kernel::Rays;
@@ -47,7 +48,7 @@ impl CsgTree {
         scratch.places.clear();
         scratch.places.resize(composite.parts.len(), NOT_NEAR);
         let reach = max_abs(rays.origin);
-        Along { tree: self, composite, rays, source, scratch, reach, near_bits: 0, tie: TIE }
+        Along { tree: self, composite, rays, source, scratch, reach, near: Many::default(), tie: TIE }
     }
 }
 
@@ -60,7 +61,7 @@ pub(super) struct Along<'a, P> {
     pub(super) scratch: &'a mut Scratch,
     reach: f64x8,
     /// As [`CsgTree::below`] has them: the parts that are near.
-    near_bits: u64,
+    near: Many,
     /// See [`TIE`].
     pub(super) tie: f64,
 }
@@ -99,7 +100,8 @@ impl<'a, P: PartRoots> Along<'a, P> {
         let Scratch { near, places, .. } = &mut *self.scratch;
         tree.cull(composite, (stretch, within, lanes), (near, places));
         let first = composite.parts.start;
-        self.near_bits = near.iter().fold(0, |bits, near| bits | bit_of(near.number - first));
+        self.near =
+            near.iter().fold(Many::default(), |parts, near| parts | Many::of_any(near.number - first));
         let needed = composite.needed.start as usize..composite.needed.end as usize;
         tree.needed[needed].iter().all(|&node| self.side(node) != Side::Outside)
     }
@@ -245,9 +247,10 @@ impl<'a, P: PartRoots> Along<'a, P> {
     /// On which side of a node the rays are all along, if that is known without crossing parts.
     #[inline(always)]
     fn side(&self, node: u32) -> Side {
-        match self.tree.below[node as usize] & self.near_bits {
-            0 => self.tree.outside[node as usize],
-            _ => Side::Either,
+        if self.tree.below[node as usize].meets(self.near) {
+            Side::Either
+        } else {
+            self.tree.outside[node as usize]
         }
     }
 

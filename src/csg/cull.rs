@@ -1,5 +1,6 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
+use super::parts::Many;
 use super::{Composite, CsgNode, CsgTree, NodeKind, Surroundings};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
@@ -342,10 +343,10 @@ impl CsgTree {
             let node = &self.nodes[number as usize];
             let side = self.side(node, &self.outside[first_node as usize..], first_node);
             let below = match &node.kind {
-                NodeKind::Part(number) => bit_of(number - first_part),
+                NodeKind::Part(number) => Many::of_any(number - first_part),
                 NodeKind::All(list) | NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) => {
                     let children = &self.lists[list.start as usize..list.end as usize];
-                    children.iter().fold(0, |bits, &child| bits | self.below[child as usize])
+                    children.iter().fold(Many::default(), |parts, &child| parts | self.below[child as usize])
                 }
             };
             self.outside.push(side);
@@ -397,11 +398,6 @@ impl CsgTree {
             _ => self.needed.push(node),
         }
     }
-}
-
-/// The bit for a part of a composite; the last is for all that come after.
-pub(super) fn bit_of(part: u32) -> u64 {
-    1 << part.min(63)
 }
 
 /// `decides` if one side is that, else `neutral` if all are that.

@@ -7,12 +7,12 @@
 use super::best::Best;
 use super::bracket::{Bracket, least, most};
 use super::capsule::Beam;
-use super::plan::{Clause, MOST_PARTS, Plan};
+use super::parts::{Many, PartSet};
+use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Scratch, Sketch};
-use super::{Composite, CsgTree};
+use super::{Composite, CsgTree, NodeKind, Side};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Vec3, choose, f32x8, f64x8};
-use std::ops::Range;
 
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
@@ -64,18 +64,6 @@ impl Bracket {
     }
 }
 
-/// The bits of a word.
-#[inline(always)]
-fn bits(mut word: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let bit = word.trailing_zeros();
-        (word != 0).then(|| {
-            word &= word - 1;
-            bit
-        })
-    })
-}
-
 impl Sketch {
     #[inline(always)]
     fn of(&self, part: u32) -> &Bracket {
@@ -84,18 +72,19 @@ impl Sketch {
 }
 
 /// What is asked of a composite, whose parts are numbered from `first` on.
-struct Question<'a, P> {
+struct Question<'a, P, Q> {
     first: u32,
-    plan: &'a Plan,
+    plan: &'a Decision<P>,
+    rules: &'a Rules<P>,
     rays: &'a Rays<f64x8>,
     lines: &'a FootRays,
     any: bool,
-    source: &'a P,
+    source: &'a Q,
     /// Rays start on some of its parts.
     starts: bool,
 }
 
-impl<P: PartRoots> Question<'_, P> {
+impl<P: PartSet, Q: PartRoots> Question<'_, P, Q> {
     /// Lanes that start on a part.
     #[inline(always)]
     fn on(&self, part: u32) -> u8 {
@@ -120,7 +109,7 @@ struct Window {
 impl Window {
     /// In the ball around all parts, between start and end.
     #[inline(always)]
-    fn new(plan: &Plan, lines: &FootRays, (lanes, t_min, t_max): (u8, f64x8, f64x8)) -> Self {
+    fn new<P>(plan: &Decision<P>, lines: &FootRays, (lanes, t_min, t_max): (u8, f64x8, f64x8)) -> Self {
         let FootRays { rays, shift, pad } = lines;
         let steady = shift.abs().le(f64x8::lit(plan.farthest));
         let start = f32x8::from_f64s(t_min - *shift);
@@ -197,9 +186,9 @@ impl Nearest {
 impl CsgTree {
     /// As [`CsgTree::nearest`], in the lanes where it can be told in single precision.
     #[inline(always)]
-    pub(super) fn decide(
+    pub(super) fn decide<P: PartSet>(
         &self,
-        (composite, plan): (&Composite, &Plan),
+        (composite, plan): (&Composite, &Decision<P>),
         rays: &Rays<f64x8>,
         (lanes, t_min, any): (u8, f64x8, bool),
         source: &impl PartRoots,
@@ -216,15 +205,16 @@ impl CsgTree {
             return window.decided(0);
         }
         let (first, starts) = (composite.parts.start, source.starts());
-        let question = Question { first, plan, rays, lines: &lines, any, source, starts };
+        let question =
+            Question { first, plan, rules: P::rules(self), rays, lines: &lines, any, source, starts };
         let sketch = &mut scratch.sketch;
         sketch.crossings.clear();
         sketch.asked.clear();
         if !self.bracket_required(&question, sketch, &mut window) {
             return window.decided(0);
         }
-        self.bracket_others(&question, sketch, &window);
-        let nearest = self.nearest_bracketed(&question, sketch, &mut window, best);
+        let near = plan.required | self.bracket_others(&question, sketch, &window);
+        let nearest = self.nearest_bracketed(&question, (sketch, near), &mut window, best);
         if window.live == 0 {
             return window.decided(nearest.blocked);
         }
@@ -247,16 +237,29 @@ impl CsgTree {
         window.decided(changed)
     }
 
+    /// The same of many parts, by itself: few composites have so many, and this is large.
+    #[inline(never)]
+    pub(super) fn decide_many(
+        &self,
+        plan: (&Composite, &Decision<Many>),
+        rays: &Rays<f64x8>,
+        looking: (u8, f64x8, bool),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+        best: &mut Best,
+    ) -> Decided {
+        self.decide(plan, rays, looking, source, scratch, best)
+    }
+
     /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
     #[inline(always)]
-    fn bracket_required<P: PartRoots>(
+    fn bracket_required<P: PartSet>(
         &self,
-        question: &Question<P>,
+        question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
         window: &mut Window,
     ) -> bool {
-        sketch.near = question.plan.required;
-        for part in bits(question.plan.required) {
+        for part in question.plan.required.each() {
             if !self.bracket(part, question, sketch, |between| window.narrow(between)) {
                 return false;
             }
@@ -273,45 +276,58 @@ impl CsgTree {
         true
     }
 
-    /// Brackets the other parts that rays may meet.
+    /// Brackets the other parts that rays may meet, and says which these are.
     #[inline(always)]
-    fn bracket_others<P: PartRoots>(&self, question: &Question<P>, sketch: &mut Sketch, window: &Window) {
-        let &Question { first, plan, lines, .. } = question;
+    fn bracket_others<P: PartSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &Window,
+    ) -> P {
+        let &Question { plan, rules, lines, .. } = question;
         let mut waiting = plan.others;
         if !plan.capsules.is_empty() {
-            waiting &= self.passed_close(plan, lines, window.live);
+            waiting = waiting & self.passed_close(plan, lines, window.live);
         }
-        for part in bits(waiting) {
-            if let Some([x, y, z, square]) = self.rules[(first + part) as usize].ball {
-                let toward = Vec3::<f32x8>::broadcast([x, y, z]) - lines.rays.origin;
-                let ahead = toward.fused_dot(lines.rays.dir);
-                let across = toward.fused_dot(toward) - ahead * ahead;
-                if across.le(f32x8::splat(square)).bits() & window.live == 0 {
+        let mut near = P::default();
+        for these in [waiting & !plan.dependent, waiting & plan.dependent] {
+            for part in these.each() {
+                let rule = rules.of(plan, part);
+                if !rule.mates.is_within(near | plan.required) {
                     continue;
                 }
-            }
-            if self.bracket(part, question, sketch, |between| window.shows(between)) {
-                sketch.near |= 1 << part;
+                if let Some([x, y, z, square]) = rule.ball {
+                    let toward = Vec3::<f32x8>::broadcast([x, y, z]) - lines.rays.origin;
+                    let ahead = toward.fused_dot(lines.rays.dir);
+                    let across = toward.fused_dot(toward) - ahead * ahead;
+                    if across.le(f32x8::splat(square)).bits() & window.live == 0 {
+                        continue;
+                    }
+                }
+                if self.bracket(part, question, sketch, |between| window.shows(between)) {
+                    near = near | P::of(part);
+                }
             }
         }
+        near
     }
 
     /// The nearest of what has been bracketed that is a surface. With `any`, lanes are blocked in `best` as soon as they have met one,
     /// and look no more.
     #[inline(always)]
-    fn nearest_bracketed<P: PartRoots>(
+    fn nearest_bracketed<P: PartSet>(
         &self,
-        question: &Question<P>,
-        sketch: &Sketch,
+        question: &Question<P, impl PartRoots>,
+        (sketch, near): (&Sketch, P),
         window: &mut Window,
         best: &mut Best,
     ) -> Nearest {
-        let &Question { first, plan, any, .. } = question;
+        let &Question { first, plan, rules, any, .. } = question;
         let inf = f32x8::lit(f64::INFINITY);
         let mut nearest = Nearest { at: Between(inf, inf), which: f32x8::zero(), doubtful: inf, blocked: 0 };
-        for part in bits(sketch.near & plan.seen) {
-            let rule = &self.rules[(first + part) as usize];
-            if rule.all.within & !sketch.near != 0 {
+        for part in (near & plan.seen).each() {
+            let rule = rules.of(plan, part);
+            if !rule.all.within.is_within(near) {
                 continue;
             }
             let bracket = sketch.of(part);
@@ -335,7 +351,7 @@ impl CsgTree {
                 if wanted.none() {
                     continue;
                 }
-                let (sure, maybe) = self.is_surface(&rule.all, rule.clauses.clone(), sketch, end, wanted);
+                let (sure, maybe) = self.is_surface(question, rule, (sketch, near), end, wanted);
                 let mut sure = sure & sharp & window.own.1.lt(end.0);
                 if any {
                     sure &= end.1.lt(window.before_end);
@@ -357,26 +373,26 @@ impl CsgTree {
         nearest
     }
 
-    /// A bit for each part that the rays of `live` may meet, and for some that are none.
+    /// The parts that the rays of `live` may meet, and some that are none.
     #[inline(always)]
-    fn passed_close(&self, plan: &Plan, lines: &FootRays, live: u8) -> u64 {
+    fn passed_close<P: PartSet>(&self, plan: &Decision<P>, lines: &FootRays, live: u8) -> P {
         let beam = Beam::new(&lines.rays, live, plan.size);
         let blocks = &self.capsules[plan.capsules.start as usize..plan.capsules.end as usize];
-        let met = |(block, capsules)| u64::from(beam.meets(capsules)) << (block * LANES);
-        blocks.iter().enumerate().map(met).fold(0, |near, these| near | these)
+        let met = |(block, capsules)| P::of_block(block, beam.meets(capsules));
+        blocks.iter().enumerate().map(met).fold(P::default(), |near, these| near | these)
     }
 
     /// Brackets a part, if after a look at the grown body `go_on` says so.
     #[inline(always)]
-    fn bracket<P: PartRoots>(
+    fn bracket<P: PartSet>(
         &self,
         part: u32,
-        question: &Question<P>,
+        question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
         go_on: impl FnOnce([f32x8; 2]) -> bool,
     ) -> bool {
-        let &Question { first, rays, lines, source, .. } = question;
-        let Sketch { crossings, asked, brackets, .. } = sketch;
+        let &Question { first, plan, rules, rays, lines, source, .. } = question;
+        let Sketch { crossings, asked, brackets } = sketch;
         let ask = || {
             let start = crossings.len();
             source.crossings(first + part, rays, crossings);
@@ -384,55 +400,109 @@ impl CsgTree {
             Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
         };
         let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
-        self.rules[(first + part) as usize].body.bracket(&lines.rays, place, ask, go_on)
+        rules.of(plan, part).body.bracket(&lines.rays, place, ask, go_on)
     }
 
     /// Lanes in which a crossing is surely a surface, and in which it may be.
     #[inline(always)]
-    fn is_surface(
+    fn is_surface<P: PartSet>(
         &self,
-        all: &Clause,
-        clauses: Range<u32>,
-        sketch: &Sketch,
+        question: &Question<P, impl PartRoots>,
+        rule: &Rule<P>,
+        (sketch, near): (&Sketch, P),
         at: Between,
         wanted: Mask<f32x8>,
     ) -> (Mask<f32x8>, Mask<f32x8>) {
         let (mut sure, mut maybe) = (wanted, wanted);
-        for part in bits(all.without & sketch.near) {
+        for part in (rule.all.without & near).each() {
             let [surely, perhaps] = sketch.of(part).holds(at);
             (sure, maybe) = (sure & !perhaps, maybe & !surely);
         }
-        for part in bits(all.within) {
+        for part in rule.all.within.each() {
             let [surely, perhaps] = sketch.of(part).holds(at);
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
-        for clause in &self.clauses[clauses.start as usize..clauses.end as usize] {
+        for clause in question.rules.clauses(rule) {
             if maybe.none() {
                 break;
             }
-            if clause.without & !sketch.near != 0 {
+            if !clause.without.is_within(near) {
                 continue;
             }
             let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
-            for part in bits(clause.within & sketch.near) {
+            for part in (clause.within & near).each() {
                 let [within, touching] = sketch.of(part).holds(at);
                 (surely, perhaps) = (surely | within, perhaps | touching);
             }
-            for part in bits(clause.without) {
+            for part in clause.without.each() {
                 let [within, touching] = sketch.of(part).holds(at);
                 (surely, perhaps) = (surely | !touching, perhaps | !within);
             }
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
+        for condition in question.rules.conditions(rule) {
+            if maybe.none() {
+                break;
+            }
+            let [within, touching] = self.holds(condition.node, question.first, (sketch, near), at);
+            let (surely, perhaps) = if condition.within { (within, touching) } else { (!touching, !within) };
+            (sure, maybe) = (sure & surely, maybe & perhaps);
+        }
         (sure, maybe)
+    }
+
+    /// Lanes in which a crossing is surely within a node, and in which it may be.
+    fn holds<P: PartSet>(
+        &self,
+        number: u32,
+        first: u32,
+        (sketch, near): (&Sketch, P),
+        at: Between,
+    ) -> [Mask<f32x8>; 2] {
+        let (none, all) = (Mask::none_set(), Mask::all_set());
+        if !P::of_many(self.below[number as usize]).meets(near) {
+            return match self.outside[number as usize] {
+                Side::Inside => [all, all],
+                Side::Outside => [none, none],
+                Side::Either => [none, all],
+            };
+        }
+        let node = &self.nodes[number as usize];
+        let [surely, perhaps] = match &node.kind {
+            NodeKind::Part(part) => sketch.of(part - first).holds(at),
+            NodeKind::All(list) => {
+                let mut every = [all, all];
+                for &child in self.list(list) {
+                    let [within, touching] = self.holds(child, first, (sketch, near), at);
+                    every = [every[0] & within, every[1] & touching];
+                    if every[1].none() {
+                        break;
+                    }
+                }
+                every
+            }
+            NodeKind::Any(list) | NodeKind::Merged(list) => {
+                let mut some = [none, none];
+                for &child in self.list(list) {
+                    let [within, touching] = self.holds(child, first, (sketch, near), at);
+                    some = [some[0] | within, some[1] | touching];
+                    if some[0].all() {
+                        break;
+                    }
+                }
+                some
+            }
+            NodeKind::Odd(_) => [none, all],
+        };
+        if node.inverted { [!perhaps, !surely] } else { [surely, perhaps] }
     }
 
     /// A part's crossing that is bracketed, in double precision; NaN where there is none.
     #[inline(always)]
-    fn crossing<P: PartRoots>(
+    fn crossing<P>(
         &self,
         number: u32,
-        question: &Question<P>,
+        question: &Question<P, impl PartRoots>,
         at: Between,
         sketch: &mut Sketch,
     ) -> f64x8 {

@@ -18,6 +18,7 @@ mod cull;
 mod decide;
 mod nearest;
 mod node;
+mod parts;
 mod plan;
 mod scratch;
 
@@ -26,5 +27,5 @@ pub use bracket::Body;
 pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
-pub use plan::{Clause, Plan, Rule};
+pub use plan::{Plan, Rules};
 pub use scratch::{PartRoots, Scratch};

@@ -5,7 +5,7 @@ use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
 use super::scratch::{PartRoots, Scratch};
-use super::{Composite, CsgTree};
+use super::{Composite, CsgTree, Plan};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 
@@ -31,7 +31,12 @@ impl CsgTree {
             }
         };
         let decided = match &composite.plan {
-            Some(plan) => self.decide((composite, plan), rays, (lanes, t_min, any), source, scratch, best),
+            Some(Plan::Few(plan)) => {
+                self.decide((composite, plan), rays, (lanes, t_min, any), source, scratch, best)
+            }
+            Some(Plan::Many(plan)) => {
+                self.decide_many((composite, plan), rays, (lanes, t_min, any), source, scratch, best)
+            }
             None => Decided { changed: 0, doubt: lanes },
         };
         if decided.doubt == 0 {

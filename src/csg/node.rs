@@ -1,6 +1,7 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
-use super::{BoundsBlock, Capsules, Clause, Plan, Rule, Side};
+use super::parts::{Few, Many};
+use super::{BoundsBlock, Capsules, Plan, Rules, Side};
 use crate::kernel::Aabb;
 use std::ops::Range;
 
@@ -21,16 +22,16 @@ pub struct CsgTree {
     pub bounds: Vec<BoundsBlock>,
     /// By node: its side for rays that meet no part.
     pub outside: Vec<Side>,
-    /// By node: a bit for each part of its composite that it is made of; the last stands for all parts from the 64th on.
-    pub below: Vec<u64>,
+    /// By node: the parts of its composite that it is made of; the last stands for all that come after it, too.
+    pub below: Vec<Many>,
     /// Parts that a composite lies within, composite by composite.
     pub required: Vec<u32>,
     /// Other nodes that it lies within.
     pub needed: Vec<u32>,
-    /// By part: how it is decided in single precision, if its composite has a [`Plan`].
-    pub rules: Vec<Rule>,
-    /// What [`Rule`] refers to.
-    pub clauses: Vec<Clause>,
+    /// What [`Plan::Few`] refers to.
+    pub few: Rules<Few>,
+    /// What [`Plan::Many`] refers to.
+    pub many: Rules<Many>,
     /// What [`Plan`] refers to: around parts, each composite beginning a block.
     pub capsules: Vec<Capsules>,
 }

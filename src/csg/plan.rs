@@ -2,20 +2,22 @@
 
 use super::bracket::{Body, PAD};
 use super::capsule::Capsule;
-use super::{Capsules, Composite, Constraint, CsgTree, NodeKind, Part};
+use super::parts::{Few, Many, PartSet};
+use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Solid};
 use crate::lane::{LANES, Scalar};
 use glam::DVec3;
 use std::ops::{Range, RangeInclusive};
 
-/// Composites of more parts are not prepared: a bit of a word for each.
-pub(super) const MOST_PARTS: usize = 64;
+/// Composites of more parts are not prepared.
+pub(super) const MOST_PARTS: usize = Many::ROOM;
 
-/// Nor those whose expressions take more clauses, a part.
+/// What takes more clauses, of one part, is asked of the expression as it stands: a union of a dozen intersections of three parts
+/// would take half a million.
 const MOST_CLAUSES: usize = 32;
 
 /// So few parts are bracketed at once: a beam and its capsules take as long as one and a half.
-const FEW: u32 = 3;
+const AT_ONCE: u32 = 3;
 
 /// A ball around a part that reaches out to this share of the ball around the whole is not worth a test.
 const WORTH_A_TEST: f64 = 0.75;
@@ -32,7 +34,16 @@ const SIZES: RangeInclusive<f64> = 1e-12..=1e12;
 
 /// How a composite is decided in single precision.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub enum Plan {
+    /// One of up to 64 parts.
+    Few(Decision<Few>),
+    /// One of more.
+    Many(Decision<Many>),
+}
+
+/// The same, with sets of its parts.
+#[derive(Debug, Clone)]
+pub struct Decision<P> {
     /// The middle of all that can be seen of it,
     pub(super) middle: DVec3,
     /// and the square of how far that goes.
@@ -43,70 +54,138 @@ pub struct Plan {
     pub(super) farthest: f64,
     /// What crossings in single and double precision may differ by.
     pub(super) pad: f32,
-    /// A bit for each part that the whole lies within.
-    pub(super) required: u64,
-    /// A bit for each other part.
-    pub(super) others: u64,
-    /// A bit for each part whose surface can be seen.
-    pub(super) seen: u64,
+    /// Parts that the whole lies within.
+    pub(super) required: P,
+    /// Others.
+    pub(super) others: P,
+    /// Those of them that are out of the question where others are missed: see [`Rule::mates`].
+    pub(super) dependent: P,
+    /// Parts whose surface can be seen.
+    pub(super) seen: P,
     /// Around all parts, in eights: a stretch of [`CsgTree::capsules`]. None if parts other than required ones are few.
     pub(super) capsules: Range<u32>,
+    /// The rule of the first part.
+    first_rule: u32,
+}
+
+/// What decisions refer to.
+#[derive(Debug, Clone, Default)]
+pub struct Rules<P> {
+    /// By part, composite by composite.
+    by_part: Vec<Rule<P>>,
+    clauses: Vec<Clause<P>>,
+    conditions: Vec<Condition>,
+}
+
+impl<P> Rules<P> {
+    /// That of a part.
+    #[inline(always)]
+    pub(super) fn of(&self, decision: &Decision<P>, part: u32) -> &Rule<P> {
+        &self.by_part[(decision.first_rule + part) as usize]
+    }
+
+    /// The clauses of a rule that hold if some of what they say is so.
+    #[inline(always)]
+    pub(super) fn clauses(&self, rule: &Rule<P>) -> &[Clause<P>] {
+        &self.clauses[rule.clauses.start as usize..rule.clauses.end as usize]
+    }
+
+    /// The conditions of a rule.
+    #[inline(always)]
+    pub(super) fn conditions(&self, rule: &Rule<P>) -> &[Condition] {
+        &self.conditions[rule.conditions.start as usize..rule.conditions.end as usize]
+    }
 }
 
 /// What is known of a part when its composite is decided.
-#[derive(Debug, Clone, Default)]
-pub struct Rule {
+#[derive(Debug, Clone)]
+pub struct Rule<P> {
     pub(super) body: Body,
     /// Centre and square of the radius of a ball around it.
     pub(super) ball: Option<[f32; 4]>,
     /// Its crossings are surfaces where this holds,
-    pub(super) all: Clause,
-    /// and each of these, a stretch of [`CsgTree::clauses`].
-    pub(super) clauses: Range<u32>,
+    pub(super) all: Clause<P>,
+    /// each of these clauses,
+    clauses: Range<u32>,
+    /// and each of these conditions.
+    conditions: Range<u32>,
+    /// Of a half space: bounded parts that it only counts within. Where rays miss one of them it need not be looked at.
+    pub(super) mates: P,
 }
 
-/// Parts by bits: of some a place must be within, of others without. A rule's own clause holds if all of that is so, the
+/// A node that places must be within, or outside of.
+#[derive(Debug, Clone, Copy)]
+pub struct Condition {
+    pub(super) node: u32,
+    pub(super) within: bool,
+}
+
+/// When a part's crossings are surfaces: see [`Rule`].
+#[derive(Default)]
+struct WhenSeen<P> {
+    all: Clause<P>,
+    clauses: Vec<Clause<P>>,
+    conditions: Vec<Condition>,
+}
+
+/// Of some parts a place must be within, of others without. A rule's own clause holds if all of that is so, the
 /// others if some is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Clause {
-    pub(super) within: u64,
-    pub(super) without: u64,
+pub struct Clause<P> {
+    pub(super) within: P,
+    pub(super) without: P,
 }
 
-impl Clause {
+impl<P: PartSet> Clause<P> {
+    /// Of one part.
+    fn of(part: u32, within: bool) -> Self {
+        let (part, none) = (P::of(part), P::default());
+        if within { Self { within: part, without: none } } else { Self { within: none, without: part } }
+    }
+
     fn or(self, other: Self) -> Self {
         Self { within: self.within | other.within, without: self.without | other.without }
     }
 
     /// True of every place.
     fn is_empty_talk(self) -> bool {
-        self.within & self.without != 0
+        self.within.meets(self.without)
     }
 
     fn is_single(self) -> bool {
-        self.within.count_ones() + self.without.count_ones() == 1
+        self.within.count() + self.without.count() == 1
     }
 }
 
 impl CsgTree {
     /// Prepares all composites for which that can be done; `solid` tells what body a part is.
     pub fn plan(&mut self, solid: impl Fn(&Part) -> Option<Solid>) {
-        self.rules = vec![Rule::default(); self.parts.len()];
         for number in 0..self.composites.len() {
             let composite = self.composites[number].clone();
-            let plan = self.plan_one(&composite, &solid);
-            self.composites[number].plan = plan;
+            self.composites[number].plan = if composite.parts.len() <= Few::ROOM {
+                self.plan_one(&composite, &solid).map(Plan::Few)
+            } else {
+                self.plan_one(&composite, &solid).map(Plan::Many)
+            };
         }
     }
 
-    fn plan_one(&mut self, composite: &Composite, solid: impl Fn(&Part) -> Option<Solid>) -> Option<Plan> {
+    fn plan_one<P: PartSet>(
+        &mut self,
+        composite: &Composite,
+        solid: impl Fn(&Part) -> Option<Solid>,
+    ) -> Option<Decision<P>> {
         let (first, count) = (composite.parts.start, composite.parts.len());
         let [low, high] = composite.box_around.map(|corner| DVec3::from_array(corner.map(f64::from)));
         let around = Aabb { min: low, max: high };
-        if count > MOST_PARTS || !around.is_finite() {
+        if count > P::ROOM || !around.is_finite() {
             return None;
         }
-        // Rare, and so left to the walk: parts of a merge that not all rays see.
+        // Rare, and so left to the walk: closed meshes, and parts of a merge that not all rays see.
+        let nodes = &self.nodes[composite.nodes.start as usize..composite.nodes.end as usize];
+        if nodes.iter().any(|node| matches!(node.kind, NodeKind::Odd(_))) {
+            return None;
+        }
         let mut seen = self.parts[first as usize..][..count].iter().filter(|part| part.seen);
         if seen.next().is_some_and(|part| seen.any(|other| other.kinds != part.kinds)) {
             return None;
@@ -116,37 +195,48 @@ impl CsgTree {
         if !(SIZES.contains(&size) && middle.abs().max_element() <= farthest) {
             return None;
         }
-        let mut rules = Vec::with_capacity(count);
-        let (mut clauses, mut capsules) = (Vec::new(), Vec::with_capacity(count));
+        let mut own =
+            Rules { by_part: Vec::with_capacity(count), clauses: Vec::new(), conditions: Vec::new() };
+        let (mut capsules, mut bounded) = (Vec::with_capacity(count), P::default());
+        let before = P::rules(self);
+        let (first_clause, first_condition) = (before.clauses.len(), before.conditions.len());
+        let first_rule = before.by_part.len() as u32;
         for number in composite.parts.clone() {
             let part = &self.parts[number as usize];
             let solid = solid(part).filter(|_| part.solid)?;
             let body = Body::new(&solid, middle, size);
             capsules.push(Capsule::around(&solid, part.bounds.intersection(around), size));
-            let (all, own) = self.when_seen(part, first)?;
-            let start = (self.clauses.len() + clauses.len()) as u32;
-            clauses.extend(own);
+            if !matches!(solid, Solid::HalfSpace { .. }) {
+                bounded = bounded | P::of(number - first);
+            }
+            let seen = self.when_seen(part, first);
             let ball = match body {
                 Body::Ball(..) => None,
                 _ => ball(part.bounds.intersection(around), middle, size),
             };
-            rules.push(Rule { body, ball, all, clauses: start..(self.clauses.len() + clauses.len()) as u32 });
+            own.by_part.push(Rule {
+                body,
+                ball,
+                all: seen.all,
+                clauses: append(first_clause, &mut own.clauses, seen.clauses),
+                conditions: append(first_condition, &mut own.conditions, seen.conditions),
+                mates: P::default(),
+            });
         }
-        let bits = |wanted: &dyn Fn(u32) -> bool| {
-            composite
-                .parts
-                .clone()
-                .filter(|&number| wanted(number))
-                .fold(0, |bits, n| bits | 1u64 << (n - first))
+        self.find_mates(composite, bounded, &mut own.by_part);
+        let parts = |wanted: &dyn Fn(u32) -> bool| {
+            let wanted = composite.parts.clone().filter(|&number| wanted(number));
+            wanted.fold(P::default(), |parts, number| parts | P::of(number - first))
         };
         let required = &self.required[composite.required.start as usize..composite.required.end as usize];
-        let required = bits(&|number| required.contains(&number));
-        let others = bits(&|_| true) & !required;
+        let required = parts(&|number| required.contains(&number));
+        let others = parts(&|_| true) & !required;
         let first_block = self.capsules.len() as u32;
-        if others.count_ones() > FEW {
+        if others.count() > AT_ONCE {
             self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
         }
-        let plan = Plan {
+        let dependent = parts(&|number| !own.by_part[(number - first) as usize].mates.is_empty());
+        let decision = Decision {
             middle,
             size: (size * (1.0 + BALL_ROOM)) as f32,
             square: (size * size * (1.0 + BALL_ROOM)) as f32,
@@ -155,17 +245,46 @@ impl CsgTree {
             pad: (size * PAD) as f32,
             required,
             others,
-            seen: bits(&|number| self.parts[number as usize].seen),
+            dependent: others & dependent,
+            seen: parts(&|number| self.parts[number as usize].seen),
             capsules: first_block..self.capsules.len() as u32,
+            first_rule,
         };
-        self.clauses.extend(clauses);
-        self.rules[first as usize..first as usize + count].clone_from_slice(&rules);
-        Some(plan)
+        let rules = P::rules_mut(self);
+        rules.by_part.append(&mut own.by_part);
+        rules.clauses.append(&mut own.clauses);
+        rules.conditions.append(&mut own.conditions);
+        Some(decision)
     }
 
-    /// When a crossing of a part, which has an inside, is a surface: what must hold, in conjunctive normal form.
-    fn when_seen(&self, part: &Part, first: u32) -> Option<(Clause, Vec<Clause>)> {
-        let mut clauses = Vec::new();
+    /// Gives half spaces those of the `bounded` parts that they are intersected with: what is not within these is not within the
+    /// intersection, whatever the half space is.
+    fn find_mates<P: PartSet>(&self, composite: &Composite, bounded: P, rules: &mut [Rule<P>]) {
+        let first = composite.parts.start;
+        for node in &self.nodes[composite.nodes.start as usize..composite.nodes.end as usize] {
+            let NodeKind::All(list) = &node.kind else { continue };
+            let (mut mates, mut half_spaces) = (P::default(), P::default());
+            for &child in self.list(list) {
+                let CsgNode { kind: NodeKind::Part(part), inverted, .. } = self.nodes[child as usize] else {
+                    continue;
+                };
+                let part = P::of(part - first);
+                if !part.meets(bounded) {
+                    half_spaces = half_spaces | part;
+                } else if !inverted {
+                    mates = mates | part;
+                }
+            }
+            for part in half_spaces.each() {
+                let rule = &mut rules[part as usize];
+                rule.mates = mates & rule.all.within;
+            }
+        }
+    }
+
+    /// When a crossing of a part, which has an inside, is a surface: in conjunctive normal form, as far as that is short.
+    fn when_seen<P: PartSet>(&self, part: &Part, first: u32) -> WhenSeen<P> {
+        let mut seen = WhenSeen::default();
         let constraints = part.constraints.start as usize..part.constraints.end as usize;
         for constraint in &self.constraints[constraints] {
             let (list, own, within) = match constraint {
@@ -175,29 +294,30 @@ impl CsgTree {
                 Constraint::Inverted => continue,
             };
             for node in self.others(list, own) {
-                clauses.extend(self.normal_form(node, within, first)?);
-                if clauses.len() > MOST_CLAUSES + MOST_PARTS {
-                    return None;
+                if let CsgNode { kind: NodeKind::Part(other), inverted, .. } = self.nodes[node as usize] {
+                    seen.all = seen.all.or(Clause::of(other - first, within != inverted));
+                    continue;
+                }
+                let form = self.normal_form(node, within, first);
+                let (single, several): (Vec<Clause<P>>, Vec<Clause<P>>) =
+                    form.iter().flatten().partition(|clause| clause.is_single());
+                seen.all = single.into_iter().fold(seen.all, Clause::or);
+                if form.is_some() && seen.clauses.len() + several.len() <= MOST_CLAUSES {
+                    seen.clauses.extend(several);
+                } else {
+                    seen.conditions.push(Condition { node, within });
                 }
             }
         }
-        let (single, several): (Vec<Clause>, Vec<Clause>) = clauses.into_iter().partition(|c| c.is_single());
-        (several.len() <= MOST_CLAUSES)
-            .then(|| (single.into_iter().fold(Clause::default(), Clause::or), several))
+        seen
     }
 
     /// Clauses that all hold where a place is `within` a node, or outside of it.
-    fn normal_form(&self, number: u32, within: bool, first: u32) -> Option<Vec<Clause>> {
+    fn normal_form<P: PartSet>(&self, number: u32, within: bool, first: u32) -> Option<Vec<Clause<P>>> {
         let node = &self.nodes[number as usize];
         let within = within != node.inverted;
         let (list, every) = match &node.kind {
-            NodeKind::Part(part) => {
-                let bit = 1 << (part - first);
-                return Some(vec![match within {
-                    true => Clause { within: bit, without: 0 },
-                    false => Clause { within: 0, without: bit },
-                }]);
-            }
+            NodeKind::Part(part) => return Some(vec![Clause::of(part - first, within)]),
             NodeKind::All(list) => (list, within),
             NodeKind::Any(list) | NodeKind::Merged(list) => (list, !within),
             NodeKind::Odd(_) => return None,
@@ -211,12 +331,19 @@ impl CsgTree {
                 result = result.iter().flat_map(|a| clauses.iter().map(|b| a.or(*b))).collect();
             }
             result.retain(|clause| !clause.is_empty_talk());
-            if result.len() > MOST_CLAUSES + MOST_PARTS {
+            if result.len() > MOST_CLAUSES + P::ROOM {
                 return None;
             }
         }
         Some(result)
     }
+}
+
+/// Puts `own` behind `all`, which come behind so many others: where they will stand.
+fn append<T>(before: usize, all: &mut Vec<T>, own: Vec<T>) -> Range<u32> {
+    let start = (before + all.len()) as u32;
+    all.extend(own);
+    start..(before + all.len()) as u32
 }
 
 /// Around a box, if that saves anything beside the ball of `size` around `middle`.

@@ -39,8 +39,6 @@ pub struct Scratch {
 pub(super) struct Sketch {
     /// By part.
     pub(super) brackets: Box<[Bracket; MOST_PARTS]>,
-    /// A bit for each part that rays may meet.
-    pub(super) near: u64,
     /// Crossings of parts that had to be asked,
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are.
@@ -50,6 +48,6 @@ pub(super) struct Sketch {
 impl Default for Sketch {
     fn default() -> Self {
         let brackets = Box::new([Bracket::default(); MOST_PARTS]);
-        Self { brackets, near: 0, crossings: Vec::new(), asked: Vec::new() }
+        Self { brackets, crossings: Vec::new(), asked: Vec::new() }
     }
 }
