@@ -312,6 +312,24 @@ fn what_a_polynomial_has_outside_of_its_bound_is_seen_through_it() {
     assert_eq!(distances, [Some(7.0), Some(11.0), None]);
 }
 
+/// Boxes are as wide as the tree's roundings, so a sky must not be what these are reckoned by.
+#[test]
+fn few_giants_stand_beside_the_tree() {
+    let sky =
+        |count: usize| (0..count).map(|k| format!("sphere {{ {k}, 1e7 inverse }} ")).collect::<String>();
+    let beads: String = (0..40).map(|k| format!("sphere {{ <{k}, 0, 0>, 0.1 }} ")).collect();
+    let ray = (DVec3::new(7.0, 5.0, 0.0), DVec3::NEG_Y);
+    for (giants, reach) in [(0, 41.0), (1, 41.0), (16, 41.0), (17, 1.1e7)] {
+        let scene = eval::from_text("text", &(sky(giants) + &beads), &eval::Options::default()).scene;
+        let compiled = Compiled::<f64, f32>::new(&scene);
+        let bounds = compiled.bvh.bounds;
+        assert!(bounds.max.max_element() < reach && bounds.max.x > 39.0, "{giants}: {bounds:?}");
+        assert_eq!(compiled.owner.len(), giants + 40);
+        let found = wave::nearest_hits(&compiled, &[ray]);
+        assert!(found[0].is_some_and(|found| (found.t - 4.9).abs() < 1e-12), "{giants}: {found:?}");
+    }
+}
+
 #[test]
 fn a_composite_is_asked_only_where_its_surfaces_are_bounded() {
     // A disc's inside is a half space, its box is flat: POV-Ray sees the sphere below the disc through that box only, whatever stands

@@ -9,22 +9,59 @@ use crate::parallel;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// Around what has finite bounds.
+/// What reaches so many times as far as all others is left out of the tree: a sky of a planet's size around a table. Boxes in single
+/// precision are widened by a millionth of how far the tree reaches, which is a thousandth of the table then, and soon all of it.
+const GIANT: f64 = (1 << 10) as f64;
+/// If it is so few: every ray is held against them.
+const MOST_GIANTS: usize = 16;
+
+/// Around what has finite bounds, but for giants, if there are any.
 pub(super) fn whole<S: Scalar>(flat: &Flat<S>) -> Aabb {
-    let columns = Kind::ALL.iter().map(|&kind| flat.columns.with(kind as u8, Whole));
-    let composites = flat.csg.composites.iter().map(|composite| composite.bounds).filter(Aabb::is_finite);
-    columns.chain(composites).fold(Aabb::EMPTY, Aabb::union)
+    let all = within(flat, f64::INFINITY).0;
+    let (rest, giants) = within(flat, reach(all) / GIANT);
+    if (1..=MOST_GIANTS).contains(&giants) && rest.is_finite() { rest } else { all }
 }
 
-/// Around the rows of a block that have finite bounds.
-struct Whole;
+/// How far from the origin it reaches, along an axis.
+fn reach(bounds: Aabb) -> f64 {
+    bounds.min.abs().max(bounds.max.abs()).max_element()
+}
 
-impl<S: Scalar> WithBlock<S> for Whole {
-    type Output = Aabb;
-    fn block<B: Block<S>>(self, block: &B) -> Aabb {
-        let bounds = |row| Some(block.bounds(row)).filter(Aabb::is_finite).unwrap_or(Aabb::EMPTY);
-        parallel::fold(block.len(), Aabb::EMPTY, bounds, Aabb::union)
+/// Around what has finite bounds and reaches no farther, and how much reaches farther.
+fn within<S: Scalar>(flat: &Flat<S>, farthest: f64) -> (Aabb, usize) {
+    let columns = Kind::ALL.iter().map(|&kind| flat.columns.with(kind as u8, Within { farthest }));
+    let composites = flat.csg.composites.iter().map(|composite| one_within(composite.bounds, farthest));
+    columns.chain(composites).fold((Aabb::EMPTY, 0), sum)
+}
+
+/// [`within`] of one.
+fn one_within(bounds: Aabb, farthest: f64) -> (Aabb, usize) {
+    match bounds.is_finite() {
+        true if reach(bounds) <= farthest => (bounds, 0),
+        finite => (Aabb::EMPTY, usize::from(finite)),
     }
+}
+
+fn sum((a, m): (Aabb, usize), (b, n): (Aabb, usize)) -> (Aabb, usize) {
+    (a.union(b), m + n)
+}
+
+/// [`within`] of a block's rows.
+struct Within {
+    farthest: f64,
+}
+
+impl<S: Scalar> WithBlock<S> for Within {
+    type Output = (Aabb, usize);
+    fn block<B: Block<S>>(self, block: &B) -> (Aabb, usize) {
+        let one = |row| one_within(block.bounds(row), self.farthest);
+        parallel::fold(block.len(), (Aabb::EMPTY, 0), one, sum)
+    }
+}
+
+/// `bounds`, or none for what does not lie in the `whole` of the tree.
+fn bounds_in(whole: Aabb, bounds: Aabb) -> Aabb {
+    if bounds.is_finite() && whole.union(bounds) != whole { Aabb::INFINITE } else { bounds }
 }
 
 /// The middle of what is finite in the scene, which `whole` lies around, or zero if that is not far off.
@@ -136,18 +173,18 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
     for &kind in Kind::ALL {
         let (tags, loose) = (&plain[kind as usize], &mut loose[kind as usize]);
         let before = items.len();
-        columns.with(kind as u8, Gather { items: &mut items, loose, kind, tags });
+        columns.with(kind as u8, Gather { items: &mut items, loose, kind, tags, whole });
         costs[usize::from(kind.tests_across())] += (items.len() - before) as f64 * f64::from(kind.cost());
     }
     for (number, (tag, composite)) in composites.iter().zip(&csg.composites).enumerate() {
         if composite.bounds.min.cmpgt(composite.bounds.max).any() {
             continue; // Its parts nowhere meet.
         }
-        if composite.bounds.is_finite() {
+        let bounds = bounds_in(whole, composite.bounds);
+        if bounds.is_finite() {
             let parts = composite.parts.clone();
             let cost = parts.map(|p| Kind::ALL[usize::from(csg.parts[p as usize].kind)].cost()).sum();
-            let (bounds, class) = (composite.bounds, tag.class);
-            items.push(&Item { bounds, kind: COMPOSITE, class, index: number as u32, cost });
+            items.push(&Item { bounds, kind: COMPOSITE, class: tag.class, index: number as u32, cost });
             costs[0] += f64::from(cost);
         } else {
             loose[usize::from(COMPOSITE)].push(number as u32);
@@ -167,15 +204,17 @@ struct Gather<'a> {
     kind: Kind,
     /// By row.
     tags: &'a [Tag],
+    /// Around all that goes into the tree.
+    whole: Aabb,
 }
 
 impl<S: Scalar> WithBlock<S> for Gather<'_> {
     type Output = ();
     fn block<B: Block<S>>(self, block: &B) {
-        let Self { items, loose, kind, tags } = self;
+        let Self { items, loose, kind, tags, whole } = self;
         let cost = kind.cost() * if kind.tests_across() { AMONG_OTHERS } else { 1.0 };
         let item = |row: usize| Item {
-            bounds: block.bounds(row),
+            bounds: bounds_in(whole, block.bounds(row)),
             kind: kind as u8,
             class: tags[row].class,
             index: row as u32,

@@ -105,9 +105,19 @@ impl Casters {
                 });
             }
         }
+        let mut giants = Aabb::EMPTY;
         for run in scene.unbounded.iter().filter(|run| run.class & wanted != 0) {
             if run.kind != Kind::Plane as u8 {
-                casters.complete = false;
+                // Giants have bounds, and yet are not in the tree.
+                for row in run.first..run.first + run.len {
+                    let giant = caster(scene, (run.kind, run.class), row);
+                    if giant.bounds.is_finite() {
+                        giants = giants.union(giant.bounds);
+                        casters.all.push(giant);
+                    } else {
+                        casters.complete = false;
+                    }
+                }
                 continue;
             }
             for row in run.first..run.first + run.len {
@@ -117,7 +127,7 @@ impl Casters {
                 }
             }
         }
-        casters.bounds = (!scene.bvh.nodes.is_empty()).then_some(scene.bvh.bounds);
+        casters.bounds = (!scene.bvh.nodes.is_empty()).then_some(scene.bvh.bounds.union(giants));
         casters
     }
 }
