@@ -198,7 +198,7 @@ fn trace(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStat
     }
 }
 
-/// The packet engine with surfaces in `S` and boxes in `B`.
+/// The packet engine with surfaces in `S` and boxes in `B`, or in `S`, too, where `B` is too coarse: a thousand far stars around a table.
 fn trace_packets<S: Scalar, B: Scalar>(
     scene: &Scene,
     options: &RenderOptions,
@@ -206,6 +206,12 @@ fn trace_packets<S: Scalar, B: Scalar>(
 ) -> RenderStats {
     let begin = Instant::now();
     let compiled = Compiled::<S, B>::new(scene);
+    if compiled.bvh.coarse && B::UNIT_ROUNDOFF > S::UNIT_ROUNDOFF {
+        drop(compiled);
+        let in_vain_s = begin.elapsed().as_secs_f64();
+        let stats = trace_packets::<S, S>(scene, options, done);
+        return RenderStats { build_s: in_vain_s + stats.build_s, ..stats };
+    }
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let size = (options.width, options.height);

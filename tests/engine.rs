@@ -330,6 +330,26 @@ fn few_giants_stand_beside_the_tree() {
     }
 }
 
+/// Far things too many to stand beside the tree: then boxes are finer.
+#[test]
+fn a_thousand_far_stars_do_not_hide_what_is_near() {
+    let star = |k: usize| {
+        let (a, b) = (k as f64 * 0.61, (k as f64 * 0.37).sin());
+        format!("sphere {{ vnormalize(<cos({a}), {b}, sin({a})>)*1e6, 900 pigment {{ rgb 1 }} }} ")
+    };
+    let near = "camera { location <0, 1, -4> } light_source { <5, 9, -9>, 1 } ".to_owned()
+        + &(0..900).map(|k| format!("sphere {{ <{}, {}, 0>, 0.02 }} ", k % 30, k / 30)).collect::<String>();
+    let read = |text: &str| eval::from_text("text", text, &eval::Options::default()).scene;
+    let scene = read(&(near.clone() + &(0..1000).map(star).collect::<String>()));
+    assert!(Compiled::<f64, f32>::new(&scene).bvh.coarse && !Compiled::<f64, f64>::new(&scene).bvh.coarse);
+    assert!(!Compiled::<f64, f32>::new(&read(&near)).bvh.coarse);
+    let [exact, strict] = [Precision::Exact, Precision::Strict].map(|precision| {
+        let options = RenderOptions { width: WIDTH, height: HEIGHT, precision, ..RenderOptions::default() };
+        render(&scene, &options, &|_| {}).unwrap().0
+    });
+    assert!(bytes(&exact) == bytes(&strict));
+}
+
 #[test]
 fn a_composite_is_asked_only_where_its_surfaces_are_bounded() {
     // A disc's inside is a half space, its box is flat: POV-Ray sees the sphere below the disc through that box only, whatever stands

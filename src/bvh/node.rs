@@ -24,6 +24,8 @@ pub struct Bvh<B: Scalar> {
     pub entry: [[B; 3]; 2],
     /// Testing one ray costs as much as testing eight for most of what is in the leaves, so rays had better stay together.
     pub together: bool,
+    /// Many boxes are wider for roundings than for what is in them: a finer precision than `B` would tell more.
+    pub coarse: bool,
     /// What is subtracted from coordinates before rounding to `B`: the middle of `bounds`, or zero if that is not far.
     pub origin: DVec3,
 }
