@@ -18,13 +18,8 @@ const MOST_GIANTS: usize = 16;
 /// Around what has finite bounds, but for giants, if there are any.
 pub(super) fn whole<S: Scalar>(flat: &Flat<S>) -> Aabb {
     let all = within(flat, f64::INFINITY).0;
-    let (rest, giants) = within(flat, reach(all) / GIANT);
+    let (rest, giants) = within(flat, all.reach() / GIANT);
     if (1..=MOST_GIANTS).contains(&giants) && rest.is_finite() { rest } else { all }
-}
-
-/// How far from the origin it reaches, along an axis.
-fn reach(bounds: Aabb) -> f64 {
-    bounds.min.abs().max(bounds.max.abs()).max_element()
 }
 
 /// Around what has finite bounds and reaches no farther, and how much reaches farther.
@@ -37,7 +32,7 @@ fn within<S: Scalar>(flat: &Flat<S>, farthest: f64) -> (Aabb, usize) {
 /// [`within`] of one.
 fn one_within(bounds: Aabb, farthest: f64) -> (Aabb, usize) {
     match bounds.is_finite() {
-        true if reach(bounds) <= farthest => (bounds, 0),
+        true if bounds.reach() <= farthest => (bounds, 0),
         finite => (Aabb::EMPTY, usize::from(finite)),
     }
 }

@@ -39,8 +39,13 @@ impl Aabb {
 
     /// Grown by a share of its own largest coordinate on every side, to hold what rounding moves out of it.
     pub fn inflated(self, share: f64) -> Self {
-        let reach = self.min.abs().max(self.max.abs()).max_element() * share;
+        let reach = self.reach() * share;
         Self { min: self.min - reach, max: self.max + reach }
+    }
+
+    /// Its largest coordinate, by size.
+    pub fn reach(&self) -> f64 {
+        self.min.abs().max(self.max.abs()).max_element()
     }
 
     /// True if every side is finite and none is reversed.
