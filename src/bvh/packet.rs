@@ -64,7 +64,10 @@ impl<B: Scalar> Packet<B> {
         self.origin = own;
         self.inverse = inverse;
         self.start = start;
-        let meets = start.le(t_out * B::Lane::lit(1.0 + roundings)) & Mask::from_bits(active);
+        // What is beyond all measure meets nothing: by NaN it would meet what is not there.
+        let [x, y, z] = self.offset;
+        let finite = (x + y + z).abs().lt(B::Lane::lit(f64::INFINITY));
+        let meets = start.le(t_out * B::Lane::lit(1.0 + roundings)) & finite & Mask::from_bits(active);
         self.far = meets.select(self.far_of(t_far), B::Lane::lit(-1.0));
     }
 
@@ -334,7 +337,7 @@ pub(super) type Crossing<L> = (L, L);
 impl<B: Scalar> Interval<B> {
     /// By axis: crossings no ray of the group has before, and none after. (Where they are negative the planes lie behind
     /// some ray, and only the sign holds; more is not asked of them.)
-    #[allow(clippy::type_complexity)]
+    #[allow(clippy::type_complexity, reason = "a pair of threes has no better name")]
     pub fn ends(&self, octant: u8) -> ([Crossing<B::Lane>; 3], [Crossing<B::Lane>; 3]) {
         let line = |axis: usize, late: bool| {
             let negative = octant >> axis & 1 == 1;
