@@ -21,6 +21,7 @@ pub mod kernel;
 pub mod lane;
 pub mod lang;
 pub(crate) mod parallel;
+mod precision;
 pub mod random;
 pub mod ray_io;
 pub mod ray_set;

@@ -3,10 +3,10 @@
 //! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
 //! neither text nor files.
 
-use crate::compile::Compiled;
 pub use crate::film::RayCounts;
 use crate::film::{Film, Picture, Pixel};
-use crate::lane::Scalar;
+pub use crate::precision::Precision;
+use crate::precision::{Prepared, in_its_precision};
 use crate::reference;
 use crate::scene::{Gamma, Object, Scene, Shape};
 use crate::transfer::Transfer;
@@ -21,20 +21,6 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-
-/// How exactly the packet engine computes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// Single precision where it can be bounded: previews.
-    Fast,
-    /// Boxes in single, surfaces in double precision.
-    #[default]
-    Exact,
-    /// Boxes in double precision, too: the kernels of `exact` under boxes without any rounding to f32. (Light is in single in
-    /// every mode, and summed in plain f64, not compensated: in no hard case would more digits decide otherwise, see `docs/hard-cases.md`.)
-    Strict,
-}
 
 /// Who traces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -84,6 +70,8 @@ impl Default for RenderOptions {
 /// What a render cost.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RenderStats {
+    /// What the packet engine computed in: finer than what was asked for where that is too coarse for the sizes in the scene.
+    pub precision: Precision,
     /// Seconds from scene to columns and trees; 0 for the reference engine, which has none.
     pub build_s: f64,
     /// Seconds of tracing, of making pixels what is kept of them included.
@@ -190,35 +178,32 @@ type OnTile<'a> = &'a (dyn Fn(Tile<'_>) + Sync);
 
 /// Hands over to the engine, on the threads of the pool it is called in.
 fn trace(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
-    match (options.engine, options.precision) {
-        (Engine::Packets, Precision::Fast) => trace_packets::<f32, f32>(scene, options, done),
-        (Engine::Packets, Precision::Exact) => trace_packets::<f64, f32>(scene, options, done),
-        (Engine::Packets, Precision::Strict) => trace_packets::<f64, f64>(scene, options, done),
-        (Engine::Reference, _) => trace_by_reference(scene, options, done),
+    match options.engine {
+        Engine::Packets => trace_packets(scene, options, done),
+        Engine::Reference => trace_by_reference(scene, options, done),
     }
 }
 
-/// The packet engine with surfaces in `S` and boxes in `B`, or in `S`, too, where `B` is too coarse: a thousand far stars around a table.
-fn trace_packets<S: Scalar, B: Scalar>(
-    scene: &Scene,
-    options: &RenderOptions,
-    done: OnTile<'_>,
-) -> RenderStats {
+/// The packet engine.
+fn trace_packets(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
     let begin = Instant::now();
-    let compiled = Compiled::<S, B>::new(scene);
-    if compiled.bvh.coarse && B::UNIT_ROUNDOFF > S::UNIT_ROUNDOFF {
-        drop(compiled);
-        let in_vain_s = begin.elapsed().as_secs_f64();
-        let stats = trace_packets::<S, S>(scene, options, done);
-        return RenderStats { build_s: in_vain_s + stats.build_s, ..stats };
-    }
+    let prepared = Prepared::new(scene, options.precision, Default::default());
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let size = (options.width, options.height);
-    let (rays, occupancy) = wave::render(&compiled, size, options.schedule, options.occupancy, done);
+    let (rays, occupancy) = in_its_precision!(&prepared, compiled => {
+        wave::render(compiled, size, options.schedule, options.occupancy, done)
+    });
     let trace_s = begin.elapsed().as_secs_f64();
     let occupancy = options.occupancy.then_some(occupancy);
-    RenderStats { build_s, trace_s, rays, occupancy, ..RenderStats::default() }
+    RenderStats {
+        precision: prepared.precision(),
+        build_s,
+        trace_s,
+        rays,
+        occupancy,
+        ..RenderStats::default()
+    }
 }
 
 /// The oracle.

@@ -6,8 +6,8 @@
 use crate::bvh::{Occupancy, Preset, Traversal};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
+use crate::precision::{Precision, Prepared, in_its_precision};
 use crate::ray_set::{RayHits, RayQuery, RaySet};
-use crate::render::Precision;
 use crate::scene::{Camera, Projection, Scene};
 pub use crate::wave::FirstHit;
 use crate::wave::{RayStream, StreamHits, nearest_hits, stream_occupancy, trace_stream};
@@ -28,13 +28,6 @@ pub struct Workbench {
     /// Expected box and primitive tests of a ray through the tree, by the surface-area heuristic (see
     /// [`crate::bvh::Bvh::sah`]).
     pub sah: f64,
-}
-
-/// The scene in one of the precisions.
-enum Prepared {
-    Fast(Compiled<f32, f32>),
-    Exact(Compiled<f64, f32>),
-    Strict(Compiled<f64, f64>),
 }
 
 /// A set's hits, and what each repetition cost.
@@ -61,18 +54,15 @@ impl Workbench {
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        let prepared = pool.install(|| match precision {
-            Precision::Fast => Prepared::Fast(Compiled::with(scene, preset)),
-            Precision::Exact => Prepared::Exact(Compiled::with(scene, preset)),
-            Precision::Strict => Prepared::Strict(Compiled::with(scene, preset)),
-        });
+        let prepared = pool.install(|| Prepared::new(scene, precision, preset));
         let (build_s, build_cpu_s) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        let (bytes, sah) = match &prepared {
-            Prepared::Fast(scene) => (scene.bytes(), scene.bvh.sah()),
-            Prepared::Exact(scene) => (scene.bytes(), scene.bvh.sah()),
-            Prepared::Strict(scene) => (scene.bytes(), scene.bvh.sah()),
-        };
+        let (bytes, sah) = in_its_precision!(&prepared, scene => (scene.bytes(), scene.bvh.sah()));
         Ok(Self { prepared, pool, build_s, build_cpu_s, bytes, sah })
+    }
+
+    /// What is computed in: finer than what was asked for where that is too coarse for the scene.
+    pub fn precision(&self) -> Precision {
+        self.prepared.precision()
     }
 
     /// Threads that trace.
@@ -84,30 +74,19 @@ impl Workbench {
     pub fn camera_hits(&self, camera: &Camera, width: usize, height: usize) -> Vec<Option<FirstHit>> {
         let pixel = |number: usize| pixel_ray(camera, (number % width, number / width), (width, height));
         let rays: Vec<_> = (0..width * height).map(pixel).collect();
-        match &self.prepared {
-            Prepared::Fast(scene) => nearest_hits(scene, &rays),
-            Prepared::Exact(scene) => nearest_hits(scene, &rays),
-            Prepared::Strict(scene) => nearest_hits(scene, &rays),
-        }
+        in_its_precision!(&self.prepared, scene => nearest_hits(scene, &rays))
     }
 
     /// How many lanes work in the tests of `rays`; takes one thread as long as a repetition, and some more.
     pub fn occupancy(&self, rays: &RaySet, traversal: Traversal) -> Occupancy {
         let stream = RayStream::new(rays);
-        match &self.prepared {
-            Prepared::Fast(scene) => stream_occupancy(scene, &stream, traversal),
-            Prepared::Exact(scene) => stream_occupancy(scene, &stream, traversal),
-            Prepared::Strict(scene) => stream_occupancy(scene, &stream, traversal),
-        }
+        in_its_precision!(&self.prepared, scene => stream_occupancy(scene, &stream, traversal))
     }
 
     /// Traces `rays` `repeat` times, at least once.
     pub fn measure(&self, rays: &RaySet, traversal: Traversal, repeat: usize) -> Measured {
-        self.pool.install(|| match &self.prepared {
-            Prepared::Fast(scene) => measure(scene, rays, traversal, repeat),
-            Prepared::Exact(scene) => measure(scene, rays, traversal, repeat),
-            Prepared::Strict(scene) => measure(scene, rays, traversal, repeat),
-        })
+        let measure = || in_its_precision!(&self.prepared, scene => measure(scene, rays, traversal, repeat));
+        self.pool.install(measure)
     }
 }
 
@@ -165,11 +144,8 @@ impl CameraRays {
                 lines.push((origin, dir));
             }
         }
-        let (found, bounds) = match &bench.prepared {
-            Prepared::Fast(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
-            Prepared::Exact(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
-            Prepared::Strict(scene) => (nearest_hits(scene, &lines), scene.bvh.bounds),
-        };
+        let (found, bounds) =
+            in_its_precision!(&bench.prepared, scene => (nearest_hits(scene, &lines), scene.bvh.bounds));
         let extent = (bounds.max - bounds.min).max_element().max(0.0);
         let hit = |(row, hit): (usize, Option<FirstHit>)| {
             let hit = hit?;

@@ -3,8 +3,8 @@
 //! Small pictures of every feature scene: the oracle tests each ray against each object.
 
 use glam::DVec3;
-use octray::compile::Compiled;
-use octray::film::Film;
+use octray::compile::{Compiled, Primitives};
+use octray::film::{Film, Pixel};
 use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Camera, Interior, LightKind, Object, Projection, Scene, Shape, Transform};
 use octray::{eval, reference, wave};
@@ -16,7 +16,7 @@ const HEIGHT: usize = 36;
 
 fn feature_scenes() -> Vec<PathBuf> {
     let scenes = scenes_in("feature");
-    assert!(scenes.len() >= 24);
+    assert!(scenes.len() >= 114);
     scenes
 }
 
@@ -151,12 +151,26 @@ fn differing(a: &Film, b: &Film, bound: f64) -> usize {
 }
 
 fn worst(a: &Film, b: &Film) -> f64 {
-    a.pixels.iter().zip(&b.pixels).map(|(a, b)| pixel_difference(a, b)).fold(0.0, f64::max)
+    largest(a.pixels.iter().zip(&b.pixels).map(|(a, b)| pixel_difference(a, b)))
 }
 
-fn pixel_difference(a: &octray::film::Pixel, b: &octray::film::Pixel) -> f64 {
+fn pixel_difference(a: &Pixel, b: &Pixel) -> f64 {
     let channels = a.rgb.iter().zip(&b.rgb).chain([(&a.transmit, &b.transmit)]);
-    channels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs()).fold(0.0, f64::max)
+    largest(channels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs()))
+}
+
+/// Infinite with a NaN among them, which `f64::max` would pass over.
+fn largest(differences: impl Iterator<Item = f64>) -> f64 {
+    differences.fold(0.0, |largest, d| if d.is_nan() { f64::INFINITY } else { largest.max(d) })
+}
+
+#[test]
+fn what_is_no_number_differs() {
+    let film =
+        |red| Film { pixels: vec![Pixel { rgb: [red, 0.0, 0.0], transmit: 0.0 }], width: 1, height: 1 };
+    let (none, some) = (film(f32::NAN), film(0.5));
+    assert_eq!(differing(&none, &some, 1.0) + differing(&some, &none, 1.0) + differing(&none, &none, 1.0), 3);
+    assert_eq!((worst(&none, &some), worst(&some, &some)), (f64::INFINITY, 0.0));
 }
 
 fn bytes(film: &Film) -> &[u8] {
@@ -341,13 +355,66 @@ fn a_thousand_far_stars_do_not_hide_what_is_near() {
         + &(0..900).map(|k| format!("sphere {{ <{}, {}, 0>, 0.02 }} ", k % 30, k / 30)).collect::<String>();
     let read = |text: &str| eval::from_text("text", text, &eval::Options::default()).scene;
     let scene = read(&(near.clone() + &(0..1000).map(star).collect::<String>()));
-    assert!(Compiled::<f64, f32>::new(&scene).bvh.coarse && !Compiled::<f64, f64>::new(&scene).bvh.coarse);
-    assert!(!Compiled::<f64, f32>::new(&read(&near)).bvh.coarse);
-    let [exact, strict] = [Precision::Exact, Precision::Strict].map(|precision| {
+    let primitives = Primitives::<f64>::of(&scene);
+    assert!(primitives.are_too_fine_for::<f32>() && !primitives.are_too_fine_for::<f64>());
+    assert!(!Primitives::<f64>::of(&read(&near)).are_too_fine_for::<f32>());
+    let [fast, exact, strict] = drawn(&scene);
+    assert!(strict.1 == Precision::Strict && fast == strict && exact == strict);
+}
+
+/// What single precision leaves of a planet's surface is steps of a table's height.
+#[test]
+fn a_ground_of_planet_size_is_computed_in_double_precision() {
+    let near = "camera { location <0, 1, -4> } light_source { <5, 9, -9>, 1 } sphere { y/2, 0.5 pigment { rgb 1 } } box { 1, 2 } ";
+    let read = |text: &str| eval::from_text("text", text, &eval::Options::default()).scene;
+    let [fast, exact, _] = drawn(&read(&format!("{near} sphere {{ -6e6*y, 6e6 pigment {{ checker }} }}")));
+    assert!(exact.1 == Precision::Exact && fast == exact);
+    let [fast, ..] = drawn(&read(&format!("{near} sphere {{ -60*y, 60 pigment {{ checker }} }}")));
+    assert!(fast.1 == Precision::Fast);
+}
+
+/// In `fast`, `exact` and `strict`: the film's bytes, and what they were computed in.
+fn drawn(scene: &Scene) -> [(Vec<u8>, Precision); 3] {
+    [Precision::Fast, Precision::Exact, Precision::Strict].map(|precision| {
         let options = RenderOptions { width: WIDTH, height: HEIGHT, precision, ..RenderOptions::default() };
-        render(&scene, &options, &|_| {}).unwrap().0
-    });
-    assert!(bytes(&exact) == bytes(&strict));
+        let (film, stats) = render(scene, &options, &|_| {}).unwrap();
+        (bytes(&film).to_vec(), stats.precision)
+    })
+}
+
+/// Such rays have no direction, or start nowhere: they used to meet boxes that are not there.
+#[test]
+fn rays_beyond_all_measure_meet_nothing() {
+    let many = "light_source { <5, 5, -5>, 1 } #for (i, 0, 40) sphere { <mod(i*7, 11) - 2, mod(i*5, 7) - 2, -mod(i, 5)>, 0.3 }
+        box { <mod(i*3, 11) - 2, mod(i*4, 7) - 2, 0>, <mod(i*3, 11) - 1.5, mod(i*4, 7) - 1.5, 1> }
+        cylinder { <i/4, -3, 0>, <i/4, -3, 1>, 0.05 } triangle { <i/4, 4, 0>, <i/4 + 0.2, 4, 0>, <i/4, 4.2, -1> } #end ";
+    let quadric =
+        "camera { location <3, 2, -12> look_at <3, 1, 0> } quadric { 0, <1e200, 1e18, -1e308>, 0, 1e308";
+    let scenes = [
+        format!("{quadric} finish {{ reflection 1 }} }}"),
+        format!("{quadric} pigment {{ rgbt 1 }} interior {{ ior 1.5 }} }}"),
+        "camera { orthographic location <-6, 6, -0.5> right x*4/3 angle 1e-308 look_at <0, 0.7, 0> }".into(),
+        "camera { right <-1e308, 1e-308, 1e308> }".into(),
+        "camera { direction <1e200, 1e-30, 1> }".into(),
+        "camera { up <1, 3e38, 1e308> look_at x }".into(),
+        "camera { location 1e200*z }".into(),
+    ];
+    for text in scenes {
+        let scene = eval::from_text("text", &(many.to_owned() + &text), &eval::Options::default()).scene;
+        for precision in [Precision::Fast, Precision::Exact, Precision::Strict] {
+            for traversal in [Traversal::Auto, Traversal::Packet, Traversal::Single, Traversal::Hybrid] {
+                let schedule = Schedule { traversal, ..Schedule::default() };
+                let options = RenderOptions {
+                    width: WIDTH,
+                    height: HEIGHT,
+                    precision,
+                    schedule,
+                    ..RenderOptions::default()
+                };
+                render(&scene, &options, &|_| {}).unwrap();
+            }
+        }
+    }
 }
 
 #[test]

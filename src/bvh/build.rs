@@ -8,7 +8,6 @@ use super::emit::{Outline, emit};
 use super::items::{Items, Tag};
 use super::reinsert::bettered;
 use crate::lane::Scalar;
-use crate::parallel;
 
 /// How much time a tree may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,19 +41,10 @@ impl Preset {
     }
 }
 
-/// Whether more than a quarter of the boxes are wider for the slack on either side than for what they are around.
-fn are_coarse(extents: &[Extent], slack: f64) -> bool {
-    let narrow = |extent: &Extent| {
-        let [low, high] = extent.corners();
-        (0..3).all(|axis| f64::from(high[axis] - low[axis]) < 2.0 * slack)
-    };
-    let count = parallel::fold(extents.len(), 0, |k| usize::from(narrow(&extents[k])), |a, b| a + b);
-    4 * count > extents.len()
-}
-
 /// The finished tree, and for each kind, of which there are `rows[kind]` rows in the columns, the new order of those that are
 /// in the tree: row `k` must become the former row `order[kind][k]`.
 pub fn build<B: Scalar>(items: Items, rows: &[usize], preset: Preset) -> (Bvh<B>, Vec<Vec<u32>>) {
+    let (moved, slack) = (items.moved_bounds(), items.slack::<B>());
     let Items { bounds, origin, unit, extents, shared } = items;
     let mut tree = Bvh {
         nodes: Vec::new(),
@@ -65,14 +55,10 @@ pub fn build<B: Scalar>(items: Items, rows: &[usize], preset: Preset) -> (Bvh<B>
         origin,
         entry: [[B::default(); 3]; 2],
         together: false,
-        coarse: false,
     };
     if extents.is_empty() {
         return (tree, vec![Vec::new(); rows.len()]);
     }
-    let moved = tree.moved_bounds();
-    let slack = Bvh::<B>::slack(&moved);
-    tree.coarse = are_coarse(&extents, slack.max_element() / unit);
     tree.entry = [moved.min - slack, moved.max + slack].map(|corner| corner.to_array().map(B::from_f64));
 
     let binary = preset.binary(extents);

@@ -1,8 +1,10 @@
 //! What goes into a tree: boxes in single precision, rounded outward as those of the finished tree are, in coordinates
 //! scaled by a power of two: a scene scaled by one gives the same tree, and none is too large or too small.
 
+use super::Bvh;
 use super::binary::Extent;
 use crate::kernel::Aabb;
+use crate::lane::Scalar;
 use crate::parallel;
 use glam::DVec3;
 
@@ -100,6 +102,28 @@ impl Items {
         }
         self.shared |= pieces.len() > 0;
         self.extents.extend(pieces);
+    }
+
+    /// Whether more than a quarter of the boxes would be wider for the [slack](Bvh::slack) of precision `B` on either side than for
+    /// what they are around.
+    pub fn are_too_fine_for<B: Scalar>(&self) -> bool {
+        let slack = self.slack::<B>().max_element() / self.unit;
+        let narrow = |extent: &Extent| {
+            let [low, high] = extent.corners();
+            (0..3).all(|axis| f64::from(high[axis] - low[axis]) < 2.0 * slack)
+        };
+        let count = parallel::fold(self.len(), 0, |k| usize::from(narrow(&self.extents[k])), |a, b| a + b);
+        4 * count > self.len()
+    }
+
+    /// [`Bvh::slack`] of the tree over them.
+    pub(super) fn slack<B: Scalar>(&self) -> DVec3 {
+        Bvh::<B>::slack(&self.moved_bounds())
+    }
+
+    /// `bounds` relative to `origin`.
+    pub(super) fn moved_bounds(&self) -> Aabb {
+        Aabb { min: self.bounds.min - self.origin, max: self.bounds.max - self.origin }
     }
 
     #[inline(always)]

@@ -24,8 +24,6 @@ pub struct Bvh<B: Scalar> {
     pub entry: [[B; 3]; 2],
     /// Testing one ray costs as much as testing eight for most of what is in the leaves, so rays had better stay together.
     pub together: bool,
-    /// Many boxes are wider for roundings than for what is in them: a finer precision than `B` would tell more.
-    pub coarse: bool,
     /// What is subtracted from coordinates before rounding to `B`: the middle of `bounds`, or zero if that is not far.
     pub origin: DVec3,
 }
@@ -43,8 +41,8 @@ pub struct Node<B: Scalar> {
 /// A node or a leaf, in one number: a walk waits for it, and two would be read as a vector and taken apart.
 ///
 /// In the lower half the node's number, a leaf's first row, or the first of a leaf's runs in [`Bvh::runs`]. In the upper half 0
-/// for a node; for a leaf of one run [`Child::LEAF`], length, class and kind, in bits 31, 16 to 30, 8 to 15, 0 to 7; for a leaf of
-/// several runs [`Child::SEVERAL`].
+/// for a node; for a leaf of one run `LEAF`, length, class and kind, in bits 31, 16 to 30, 8 to 15, 0 to 7; for a leaf of
+/// several runs `SEVERAL`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Child(u64);
 
@@ -159,11 +157,6 @@ impl<B: Scalar> Node<B> {
 }
 
 impl<B: Scalar> Bvh<B> {
-    /// `bounds` relative to `origin`.
-    pub fn moved_bounds(&self) -> Aabb {
-        Aabb { min: self.bounds.min - self.origin, max: self.bounds.max - self.origin }
-    }
-
     /// Bytes of nodes and runs.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.runs[..])

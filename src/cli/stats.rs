@@ -18,6 +18,7 @@ pub struct Stats {
     pub width: usize,
     pub height: usize,
     pub threads: usize,
+    /// Computed in: finer than what was asked for where that is too coarse for the scene.
     pub precision: Precision,
     pub rays: RayCounts,
     /// Of eight lanes, how many hold a ray or hit when a packet leaves its queue; absent for the reference engine, which has
@@ -88,7 +89,7 @@ impl Stats {
             width: options.width,
             height: options.height,
             threads: stats.threads,
-            precision: options.precision,
+            precision: stats.precision,
             rays: stats.rays,
             queues: QueueLanes::of(&stats.rays),
             // Nothing is traced in no time; a clock too coarse to see it must not give an infinity.

@@ -7,10 +7,12 @@ mod assemble;
 mod columns;
 mod flatten;
 mod owner;
+mod primitives;
 mod shapes;
 
 pub use columns::{Columns, Kind, WithBlock};
 pub use owner::{Owner, class};
+pub use primitives::Primitives;
 
 use crate::bvh::{Bvh, Preset, Run};
 use crate::csg::CsgTree;
@@ -85,22 +87,7 @@ pub struct Compiled<S: Scalar, B: Scalar> {
 impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// Compiles `scene`.
     pub fn new(scene: &Scene) -> Self {
-        Self::with(scene, Preset::default())
-    }
-
-    /// The same with a tree that took more or less time to build.
-    pub fn with(scene: &Scene, preset: Preset) -> Self {
-        let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO));
-        let mut whole = assemble::whole(&flat);
-        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && assemble::middle(scene, whole) != DVec3::ZERO {
-            // Its columns have lost digits: once more, from the middle that double precision finds.
-            let exact = flatten::flatten::<f64>(scene, DVec3::ZERO);
-            origin = assemble::middle(scene, assemble::whole(&exact));
-            drop(exact);
-            flat = flatten::flatten::<S>(scene, origin);
-            whole = assemble::whole(&flat);
-        }
-        assemble::assemble(scene, origin, flat, whole, preset)
+        Primitives::of(scene).compile(scene, Preset::default())
     }
 
     /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
