@@ -48,7 +48,7 @@ mod help_and_usage {
     fn help_names_every_command_and_long_options() {
         let folder = folder();
         let help = said(&octray(folder.path(), "--help"));
-        for word in ["render", "check", "compare", "crosscheck", "rays", "Exit codes"] {
+        for word in ["render", "check", "compare", "bench", "crosscheck", "rays", "Exit codes"] {
             assert!(help.contains(word), "{word} is not in\n{help}");
         }
         let help = said(&octray(folder.path(), "render --help"));
@@ -73,6 +73,12 @@ mod help_and_usage {
             "render ball.scn -D sphere=2",
             "render ball.scn -D clock=2",
             "render ball.scn -W 100000 -H 100000",
+            "crosscheck ball.scn -t 2",
+            "rays ball.scn --fov 30",
+            "rays ball.scn --eye 0,0,-5 --fov 180",
+            "rays ball.scn --eye 0,0,-5 --fov nan",
+            "rays ball.scn --explain 3",
+            "rays ball.scn --rays ball.rays --sets camera",
             "render ball.scn -o ball.gif",
             "render ball.scn -o ball.ppm --alpha",
             "render ball.scn -o ball.jpg --bit-depth 16",

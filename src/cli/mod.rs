@@ -7,8 +7,11 @@ mod check;
 mod compare;
 mod cpu;
 mod crosscheck;
+mod html;
 mod number;
 mod overwrite;
+mod paths;
+mod povray;
 mod progress;
 mod rays;
 mod render;
@@ -33,8 +36,8 @@ struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 all is well; 1 a scene has errors, or pictures differ more than --gate \
-allows; 2 the command line is wrong; 3 a file could not be written or a picture not read, POV-Ray is missing, or this \
-CPU cannot run this build.";
+allows; 2 the command line is wrong; 3 a file could not be written, or a picture, mesh or set of rays not \
+read, POV-Ray is missing, or this CPU cannot run this build.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

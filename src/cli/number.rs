@@ -1,4 +1,4 @@
-//! Numbers on the command line.
+//! Numbers on the command line, and what is reported of many.
 
 use std::ops::RangeBounds;
 use std::str::FromStr;
@@ -19,6 +19,13 @@ pub fn share(text: &str) -> Result<f64, String> {
     number(0.0..=1.0, "a share from 0 to 1")(text)
 }
 
+/// The middle one, or the mean of the two in the middle.
+pub fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (times.len().saturating_sub(1) / 2, times.len() / 2);
+    times.get(low).zip(times.get(high)).map_or(0.0, |(a, b)| (a + b) / 2.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -31,5 +38,12 @@ mod tests {
         let seconds = number(0.0.., "seconds");
         assert!(seconds("inf").is_ok() && seconds("NaN").is_err());
         assert_eq!(seconds("-1"), Err("expected seconds".into()));
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!((median(vec![7.0]), median(vec![])), (7.0, 0.0));
     }
 }

@@ -1,6 +1,7 @@
 //! `octray rays`: how many rays a second, and what they hit.
 
 use super::Failure;
+use super::number::{median, number};
 use super::overwrite::{Named, refuse_overwrites};
 use super::render::{PrecisionArg, TraversalArg, threads};
 use super::scene::{SceneArgs, load};
@@ -34,25 +35,32 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     rays: Vec<PathBuf>,
     /// Without --rays: the sets to make from the camera, separated by commas
-    #[arg(long, value_name = "SETS", value_enum, value_delimiter = ',', default_values_t = SetArg::ALL)]
+    #[arg(
+        long,
+        value_name = "SETS",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "camera,shadow,mirror,diffuse",
+        conflicts_with = "rays"
+    )]
     sets: Vec<SetArg>,
     /// Camera rays a side, in blocks of 8 by 8: a multiple of 8
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=4096))]
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=4096), conflicts_with = "rays")]
     size: u32,
     /// Where the camera stands; default for a scene: its own camera
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, conflicts_with = "rays")]
     eye: Option<DVec3>,
     /// Where it looks
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, default_value = "0,0,0", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, default_value = "0,0,0", allow_hyphen_values = true, requires = "eye")]
     look: DVec3,
     /// What is up
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, default_value = "0,1,0", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, default_value = "0,1,0", allow_hyphen_values = true, requires = "eye")]
     up: DVec3,
     /// Opening from edge to edge, in degrees
-    #[arg(long, value_name = "DEG", default_value_t = 45.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = opening(), requires = "eye")]
     fov: f64,
     /// Where shadow rays go; default for a scene: its first light
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, conflicts_with = "rays")]
     light: Option<DVec3>,
     /// Trace each set so many times; the report has the median
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -79,7 +87,7 @@ pub struct Args {
     #[arg(long, value_name = "PREFIX")]
     dump: Option<PathBuf>,
     /// Say on the standard error stream which rays differ from the stored hits: at most N of each set
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "rays")]
     explain: usize,
     #[command(flatten)]
     scene_args: SceneArgs,
@@ -101,16 +109,6 @@ enum SetArg {
     Mirror,
     /// From there into a random direction, by the cosine
     Diffuse,
-}
-
-impl SetArg {
-    const ALL: [Self; 4] = [Self::Camera, Self::Shadow, Self::Mirror, Self::Diffuse];
-}
-
-impl std::fmt::Display for SetArg {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
 }
 
 impl SetArg {
@@ -145,6 +143,7 @@ struct Line {
     primitives: usize,
     bytes: usize,
     threads: usize,
+    /// Computed in: finer than what was asked for where that is too coarse for the geometry.
     precision: Precision,
     traversal: String,
     build: String,
@@ -159,34 +158,33 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     args.check_written()?;
     let (scene, primitives) = args.geometry()?;
-    let precision = args.precision.into();
     let preset = match args.build {
         BuildArg::Fast => Preset::Fast,
         BuildArg::Balanced => Preset::Balanced,
         BuildArg::Best => Preset::Best,
     };
     let traversal = args.traversal.into();
-    let bench = Workbench::new(&scene, precision, preset, args.threads)
+    let bench = Workbench::new(&scene, args.precision.into(), preset, args.threads)
         .map_err(|error| Failure::Machine(format!("cannot start the threads: {error}")))?;
     let mut last = None;
     for (name, rays, known) in args.ray_sets(&scene, &bench)? {
         let measured = bench.measure(&rays, traversal, args.repeat);
         let differs = known.map(|known| measured.hits.differing(&known, rays.query));
-        let seconds = median(&measured.wall_s).max(1e-9);
+        let seconds = median(measured.wall_s.clone()).max(1e-9);
         let mrays = rays.len() as f64 * 1e-6;
         let line = Line {
             rays: rays.len(),
             hits: measured.hits.count(rays.query),
             median_s: seconds,
             mrays_s: mrays / seconds,
-            mrays_cpu_s: mrays / median(&measured.cpu_s).max(1e-9),
+            mrays_cpu_s: mrays / median(measured.cpu_s.clone()).max(1e-9),
             build_s: bench.build_s,
             build_cpu_s: bench.build_cpu_s,
             sah: bench.sah,
             primitives,
             bytes: bench.bytes,
             threads: bench.threads(),
-            precision,
+            precision: bench.precision(),
             traversal: format!("{:?}", args.traversal).to_lowercase(),
             build: format!("{:?}", args.build).to_lowercase(),
             differs: differs.as_ref().map(Vec::len),
@@ -292,9 +290,6 @@ impl Args {
         let (Some(direction), Some(right)) = (direction, right) else {
             return Err(Failure::Usage("the camera must look somewhere, and not along --up".into()));
         };
-        if !(self.fov > 0.0 && self.fov < 180.0) {
-            return Err(Failure::Usage("--fov must be between 0 and 180 degrees".into()));
-        }
         let side = 2.0 * (self.fov.to_radians() / 2.0).tan();
         let up = right.cross(direction) * side;
         Ok(Camera {
@@ -350,12 +345,9 @@ fn explain(rays: &RaySet, measured: &Measured, differing: &[usize], most: usize)
     }
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let [low, high] = [sorted.len().saturating_sub(1) / 2, sorted.len() / 2];
-    let at = |k: usize| sorted.get(k).copied().unwrap_or_default();
-    (at(low) + at(high)) / 2.0
+/// For `--fov`: neither nothing nor all around, and small enough to be told from that.
+fn opening() -> impl Fn(&str) -> Result<f64, String> + Clone {
+    number(1e-6..=179.999_999, "degrees between 0 and 180")
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {

@@ -39,6 +39,9 @@ pub struct Args {
     /// Rows of pixels
     #[arg(short = 'H', long, value_name = "N", default_value_t = RenderOptions::default().height as u32, value_parser = clap::value_parser!(u32).range(1..))]
     height: u32,
+    /// Threads; 0 is one per processor. The picture is the same, bit by bit, for any number
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    threads: usize,
     #[command(flatten)]
     tracing: TracingArgs,
     #[command(flatten)]
@@ -68,9 +71,6 @@ pub struct Args {
 /// How to trace.
 #[derive(Debug, clap::Args)]
 pub struct TracingArgs {
-    /// Threads; 0 is one per processor. The picture is the same, bit by bit, for any number
-    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
-    pub threads: usize,
     /// How exactly to compute
     #[arg(short, long, value_enum, default_value_t)]
     pub precision: PrecisionArg,
@@ -176,10 +176,10 @@ impl TracingArgs {
             EngineArg::Packets => Engine::Packets,
             EngineArg::Reference => Engine::Reference,
         };
-        let (threads, precision) = (self.threads, self.precision.into());
-        let (traversal, light_buffers) = (self.traversal.into(), self.light_buffers.into());
+        let (precision, traversal, light_buffers) =
+            (self.precision.into(), self.traversal.into(), self.light_buffers.into());
         let schedule = Schedule { traversal, light_buffers, ..Schedule::default() };
-        RenderOptions { width, height, threads, precision, engine, schedule, ..RenderOptions::default() }
+        RenderOptions { width, height, precision, engine, schedule, ..RenderOptions::default() }
     }
 }
 
@@ -197,7 +197,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         file_io::check_writable(path)?;
     }
 
-    let options = RenderOptions { occupancy: args.occupancy, ..args.tracing.options(size.0, size.1) };
+    let options = RenderOptions {
+        threads: args.threads,
+        occupancy: args.occupancy,
+        ..args.tracing.options(size.0, size.1)
+    };
     let bar = Bar::new(size.0 * size.1, args.quiet);
     let progress = |progress| bar.update(progress);
     let failure = |error: RenderError| match error {

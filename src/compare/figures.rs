@@ -132,7 +132,8 @@ fn share_of(sum: f64, count: usize) -> f64 {
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
-fn apart(a: f32, b: f32) -> f64 {
+/// How far two numbers are apart; a NaN infinitely, but from another.
+pub fn apart(a: f32, b: f32) -> f64 {
     let apart = (f64::from(a) - f64::from(b)).abs();
     match (a.is_nan(), b.is_nan()) {
         (false, false) if !apart.is_nan() => apart,

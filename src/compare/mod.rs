@@ -8,7 +8,7 @@ mod figures;
 mod strip;
 
 pub use edges::{EDGE_CONTRAST, edge_mask};
-pub use figures::{Comparison, Difference, WITHIN, Worst, clipped, compare};
+pub use figures::{Comparison, Difference, WITHIN, Worst, apart, clipped, compare};
 pub use strip::{AMPLIFY, strip};
 
 #[cfg(test)]

@@ -48,11 +48,23 @@ impl Target {
                 Ok(Self::Replace { path: fs::canonicalize(path)?, permissions: Some(found.permissions()) })
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                Ok(Self::Replace { path: path.into(), permissions: None })
+                Ok(Self::Replace { path: linked_to(path), permissions: None })
             }
             Err(error) => Err(error),
         }
     }
+}
+
+/// Where a file will be that is not there yet: at the end of symbolic links, if `path` is one.
+fn linked_to(path: &Path) -> PathBuf {
+    // More than a system follows; and those in a ring lead nowhere, as the system has said by then.
+    const LINKS: usize = 64;
+    let mut path = path.to_owned();
+    for _ in 0..LINKS {
+        let Ok(target) = fs::read_link(&path) else { break };
+        path = folder_of(&path).join(target);
+    }
+    path
 }
 
 fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {

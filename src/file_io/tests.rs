@@ -21,9 +21,15 @@ fn replacing_keeps_links_and_permissions() {
     fs::write(&plain, "").unwrap();
     replace_file(&folder.path().join("fresh"), b"").unwrap();
     assert_eq!(mode(&folder.path().join("fresh")), mode(&plain));
+    // A link that leads to no file yet leads to the new one.
+    let (ahead, end) = (folder.path().join("ahead"), folder.path().join("end"));
+    symlink("end", &ahead).unwrap();
+    replace_file(&ahead, b"first").unwrap();
+    assert!(fs::symlink_metadata(&ahead).unwrap().is_symlink());
+    assert_eq!(fs::read(&end).unwrap(), b"first");
     // A device is written to, not replaced.
     replace_file(Path::new("/dev/null"), b"gone").unwrap();
     assert!(!fs::metadata("/dev/null").unwrap().is_file());
     // Nothing temporary is left.
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 6);
 }

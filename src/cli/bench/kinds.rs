@@ -5,7 +5,8 @@
 //! as they cannot within a picture.
 
 use super::Args;
-use crate::cli::crosscheck::median;
+use crate::cli::number::median;
+use crate::cli::paths::csv_field;
 use octray::bvh::Preset;
 use octray::ray_set::RaySet;
 use octray::render::{Precision, Traversal};
@@ -85,7 +86,7 @@ pub fn csv<'a>(scenes: impl Iterator<Item = (&'a str, &'a [Walk])>) -> String {
     text.push('\n');
     for (scene, walks) in scenes {
         for walk in walks {
-            text += &format!("{},{},{}", scene.replace([',', '"', '\n'], "_"), walk.precision, walk.walk);
+            text += &format!("{},{},{}", csv_field(scene), walk.precision, walk.walk);
             for speed in walk.mrays_per_s {
                 text += &speed.map_or_else(|| ",".into(), |speed| format!(",{speed:.3}"));
             }

@@ -3,8 +3,8 @@
 use super::Args;
 use super::kinds::{self, Walk};
 use crate::cli::Failure;
-use crate::cli::crosscheck::povray::PovRay;
-use crate::cli::crosscheck::{as_povray_writes, median};
+use crate::cli::number::median;
+use crate::cli::povray::{PovRay, as_povray_writes};
 use crate::cli::scene::load;
 use crate::cli::stats::{MeanLanes, QueueLanes};
 use octray::bvh::Preset;

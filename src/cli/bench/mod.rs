@@ -11,9 +11,9 @@ mod plot;
 mod table;
 
 use super::Failure;
-use super::crosscheck::povray::PovRay;
-use super::crosscheck::scenes;
 use super::number::number;
+use super::paths::{make_folder, scenes};
+use super::povray::PovRay;
 use super::render::threads;
 use super::scene::SceneArgs;
 use super::streams::{line_to_stdout, to_stdout};
@@ -81,9 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let paths = scenes(&args.scenes)?;
     let povray = PovRay::find(&args.povray).ok();
     if let Some(folder) = &args.report {
-        let failed =
-            |error| Failure::Machine(format!("cannot make the folder {}: {error}", folder.display()));
-        std::fs::create_dir_all(folder).map_err(failed)?;
+        make_folder(folder)?;
     }
     let machine = Machine::here(args, povray.as_ref());
     line_to_stdout(format_args!("{}\n{}", machine.told(), table::HEAD))?;

@@ -3,7 +3,7 @@
 use super::Run;
 use super::kinds::{KINDS, WALKS};
 use super::table::{COLUMNS, LANE_COLUMNS, cells, lanes};
-use crate::cli::crosscheck::{base64, escaped};
+use crate::cli::html::{base64, escaped};
 use octray::compare::AMPLIFY;
 use std::fmt::Write;
 

@@ -1,7 +1,7 @@
 //! The figures as lines for a terminal and as CSV.
 
 use super::measure::{HitErrors, Measured, Mode};
-use crate::cli::crosscheck::shortened;
+use crate::cli::paths::{csv_field, shortened};
 use std::fmt::Write;
 
 /// Above the lines.
@@ -120,7 +120,7 @@ pub fn csv(scenes: &[Measured]) -> String {
             let _ = write!(
                 text,
                 "{},{},{},{},{},{},{},{}",
-                measured.scene.replace([',', '"', '\n'], "_"),
+                csv_field(&measured.scene),
                 mode.name,
                 mode.trace_s,
                 mode.mrays_per_s.map(|speed| speed.to_string()).unwrap_or_default(),

@@ -8,23 +8,22 @@
 //! list in `artefacts.json`, or because POV-Ray contradicts itself when asked in other words that mean the same (see [`random`]).
 
 mod artefacts;
-pub mod povray;
 mod random;
 mod report;
 mod verdict;
 
 use super::Failure;
 use super::compare::gate;
-use super::number::share;
+use super::number::{median, share};
+use super::paths::{make_folder, scenes};
+use super::povray::{PovRay, PovRun, as_povray_writes};
 use super::render::TracingArgs;
 use super::scene::{SceneArgs, load};
 use super::streams::line_to_stdout;
-use octray::compare::{AMPLIFY, Comparison, clipped, compare, strip};
+use octray::compare::{AMPLIFY, Comparison, compare, strip};
 use octray::film::Film;
 use octray::image_io::{Encoding, encode};
 use octray::render::render;
-use povray::{PovRay, PovRun};
-pub use report::{base64, escaped, shortened};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -122,9 +121,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let povray = PovRay::find(&args.povray)?;
     let scenes = scenes(&args.scenes)?;
     if let Some(folder) = &args.report {
-        let failed =
-            |error| Failure::Machine(format!("cannot make the folder {}: {error}", folder.display()));
-        std::fs::create_dir_all(folder).map_err(failed)?;
+        make_folder(folder)?;
     }
     line_to_stdout(format_args!("{}; POV-Ray {}", args.terms(), povray.version))?;
     line_to_stdout(report::HEAD)?;
@@ -177,27 +174,6 @@ impl Row {
     fn error(&self) -> f64 {
         self.figures.as_ref().map_or(f64::INFINITY, |figures| figures.comparison.off_edges.max)
     }
-}
-
-/// Files as they are, folders opened (sorted, not their subfolders).
-pub fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let mut scenes = Vec::new();
-    for path in given {
-        if !path.is_dir() {
-            scenes.push(path.clone());
-            continue;
-        }
-        let failed = |error| Failure::Machine(format!("cannot read the folder {}: {error}", path.display()));
-        let entries: Result<Vec<_>, _> = std::fs::read_dir(path).map_err(failed)?.collect();
-        let mut found: Vec<_> = entries.map_err(failed)?.into_iter().map(|entry| entry.path()).collect();
-        found.retain(|file| file.extension().is_some_and(|e| e == "scn" || e == "pov"));
-        if found.is_empty() {
-            return Err(Failure::Usage(format!("there is no .scn or .pov file in {}", path.display())));
-        }
-        found.sort();
-        scenes.extend(found);
-    }
-    Ok(scenes)
 }
 
 fn cross(path: &Path, args: &Args, povray: &PovRay) -> Row {
@@ -257,30 +233,4 @@ fn measure(path: &Path, args: &Args, povray: &PovRay) -> Result<Measured, String
     let comparison = compare(&expected, &actual)?;
     let figures = Figures { octray_s: median(ours), povray_s: median(theirs), comparison };
     Ok(Measured { figures, expected, actual })
-}
-
-/// POV-Ray's file has no alpha here and ends at 1.
-pub fn as_povray_writes(film: Film) -> Film {
-    let mut film = clipped(film);
-    film.pixels.iter_mut().for_each(|pixel| pixel.transmit = 0.0);
-    film
-}
-
-/// The middle one, or the mean of the two in the middle.
-pub fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_unstable_by(f64::total_cmp);
-    let (low, high) = (times.len().saturating_sub(1) / 2, times.len() / 2);
-    times.get(low).zip(times.get(high)).map_or(0.0, |(a, b)| (a + b) / 2.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::median;
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-        assert_eq!((median(vec![7.0]), median(vec![])), (7.0, 0.0));
-    }
 }

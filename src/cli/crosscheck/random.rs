@@ -3,12 +3,12 @@
 //! A random scene can be asked for in other words that mean the same (see [`octray::random`]). Where POV-Ray's picture
 //! depends on the words it contradicts itself, and a pixel on which it then agrees with octray is explained.
 
-use super::povray::PovRay;
 use super::verdict::Verdict;
-use super::{Args, Measured, Row, as_povray_writes, measure};
+use super::{Args, Measured, Row, measure};
 use crate::cli::Failure;
+use crate::cli::povray::{PovRay, as_povray_writes};
 use crate::cli::scene::load;
-use octray::compare::{WITHIN, edge_mask};
+use octray::compare::{WITHIN, apart, edge_mask};
 use octray::file_io::replace_file;
 use octray::film::Film;
 use octray::render::{Engine, render};
@@ -98,7 +98,7 @@ fn cross_one(seed: u64, folder: &Path, args: &Args, povray: &PovRay) -> Result<R
 /// speckled by mistake has edges everywhere.
 fn open_pixels(Measured { expected, actual, .. }: &Measured) -> Vec<usize> {
     let (theirs, ours) = (edge_mask(expected), edge_mask(actual));
-    (0..theirs.len()).filter(|&i| !(theirs[i] && ours[i]) && apart(expected, actual, i) > WITHIN).collect()
+    (0..theirs.len()).filter(|&i| !(theirs[i] && ours[i]) && apart_at(expected, actual, i) > WITHIN).collect()
 }
 
 /// Asks POV-Ray in other words, then from beside the eye, then the oracle, about the pixels `open`.
@@ -118,7 +118,7 @@ fn look_into(
             let mut other = args.scene_args.clone();
             other.declares.extend(declare.iter().map(|&(name, value)| (name.into(), value.into())));
             if let Ok(other) = povray.render(path, &other, args.size()) {
-                open.retain(|&i| apart(&other.film, actual, i) > WITHIN);
+                open.retain(|&i| apart_at(&other.film, actual, i) > WITHIN);
             }
         }
         before - open.len()
@@ -141,7 +141,7 @@ fn look_into(
         return Verdict::PovRayWrong { reason: reasons.join("; ") };
     }
     let note = oracle(path, args).map(|oracle| {
-        let with = |film| open.iter().filter(|&&i| apart(&oracle, film, i) <= WITHIN).count();
+        let with = |film| open.iter().filter(|&&i| apart_at(&oracle, film, i) <= WITHIN).count();
         format!(
             "{} of them in other words too, where the oracle sides {} times with octray, {} times with POV-Ray",
             open.len(),
@@ -160,9 +160,10 @@ fn oracle(path: &Path, args: &Args) -> Option<Film> {
     Some(as_povray_writes(render(&scene, &options, &|_| ()).ok()?.0))
 }
 
-fn apart(a: &Film, b: &Film, i: usize) -> f64 {
+/// Of a pixel's colours.
+fn apart_at(a: &Film, b: &Film, i: usize) -> f64 {
     let (a, b) = (a.pixels[i].rgb, b.pixels[i].rgb);
-    a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
+    a.into_iter().zip(b).map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -182,8 +183,10 @@ mod tests {
     #[test]
     fn speckles_are_explained_and_our_own_mistakes_are_not() {
         let line = Line::parse_from(["crosscheck", "--random", "1", "--report", ".", "-W", "40", "-H", "30"]);
-        // Where there is no POV-Ray there is nothing to be asked.
-        let Ok(povray) = PovRay::find(&line.args.povray) else { return };
+        let Ok(povray) = PovRay::find(&line.args.povray) else {
+            eprintln!("skipped: there is no POV-Ray to ask");
+            return;
+        };
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("scene.scn");
         std::fs::write(&path, octray::random::scene(SPECKLED)).expect("written");
@@ -196,7 +199,7 @@ mod tests {
 
         // A speckle of our own, where both agree.
         let (expected, actual) = (measured.expected.clone(), &mut measured.actual);
-        let agreed = (0..actual.pixels.len()).find(|&i| apart(&expected, actual, i) <= WITHIN);
+        let agreed = (0..actual.pixels.len()).find(|&i| apart_at(&expected, actual, i) <= WITHIN);
         actual.pixels[agreed.expect("most pixels agree")].rgb[0] += 0.01;
         let verdict = look_into(&path, open_pixels(&measured), &measured, &line.args, &povray);
         assert!(matches!(verdict, Verdict::Differs { .. }), "{verdict}");

@@ -2,6 +2,8 @@
 
 use super::{Args, Figures, Row};
 use crate::cli::Failure;
+use crate::cli::html::{base64, escaped};
+use crate::cli::paths::shortened;
 use octray::compare::{AMPLIFY, EDGE_CONTRAST};
 use octray::file_io::replace_file;
 use std::fmt::Write;
@@ -52,27 +54,20 @@ fn cells(figures: &Figures) -> [String; 8] {
     ]
 }
 
-/// The end of a path says more than its beginning.
-pub fn shortened(path: &str, most: usize) -> String {
-    let length = path.chars().count();
-    if length <= most {
-        path.into()
-    } else {
-        format!("…{}", path.chars().skip(length - most + 1).collect::<String>())
-    }
-}
-
 /// Writes `index.html`, which holds everything it shows, the strips and `figures.json`.
 pub fn write(folder: &Path, rows: &[Row], version: &str, args: &Args) -> Result<(), Failure> {
     replace_file(&folder.join("index.html"), page(rows, version, args).as_bytes())?;
     for row in rows.iter().filter(|row| is_shown(row, args)) {
-        // One name per path: `scenes/show/glass.scn` is `scenes-show-glass.png`.
-        let name = Path::new(&row.scene).with_extension("png").display().to_string();
-        let name = name.trim_start_matches(['.', '/', '\\']).replace(['/', '\\', ':'], "-");
-        replace_file(&folder.join(name), &row.strip)?;
+        replace_file(&folder.join(strip_name(&row.scene)), &row.strip)?;
     }
     let json = serde_json::to_vec_pretty(rows).expect("plain numbers and names");
     Ok(replace_file(&folder.join("figures.json"), &json)?)
+}
+
+/// One name for each scene of a folder: of `scenes/show/glass.scn` it is `scenes-show-glass.scn.png`.
+fn strip_name(scene: &str) -> String {
+    let name = scene.trim_start_matches(['.', '/', '\\']).replace(['/', '\\', ':'], "-");
+    format!("{name}.png")
 }
 
 /// Of random scenes only those that differ have strips.
@@ -100,10 +95,13 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
         args.terms(),
         super::verdict::counts(rows),
     );
+    let shown = |row: &Row| row.failed.is_some() || is_shown(row, args);
     // Writing to a string cannot fail.
     for (index, row) in rows.iter().enumerate() {
         let class = if row.failed.is_some() { " class=\"failed\"" } else { "" };
-        let _ = write!(page, "<tr{class}><td><a href=\"#s{index}\">{}</a></td>", escaped(&row.scene));
+        let name = escaped(&row.scene);
+        let name = if shown(row) { format!("<a href=\"#s{index}\">{name}</a>") } else { name };
+        let _ = write!(page, "<tr{class}><td>{name}</td>");
         match &row.figures {
             Some(figures) => cells(figures).iter().for_each(|cell| {
                 let _ = write!(page, "<td>{cell}</td>");
@@ -116,7 +114,6 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
         page.push_str("</tr>\n");
     }
     page.push_str("</table>\n");
-    let shown = |row: &Row| row.failed.is_some() || is_shown(row, args);
     for (index, row) in rows.iter().enumerate().filter(|(_, row)| shown(row)) {
         let _ = writeln!(page, "<h2 id=\"s{index}\">{}</h2>", escaped(&row.scene));
         if let Some(why) = &row.failed {
@@ -140,48 +137,14 @@ fn page(rows: &[Row], version: &str, args: &Args) -> String {
     page
 }
 
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// RFC 4648, section 4. Too little to depend on a crate for.
-pub fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let bits = (0..3).fold(0u32, |bits, i| bits << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
-        for digit in 0..4 {
-            let known = digit <= chunk.len();
-            text.push(if known { DIGITS[(bits >> (18 - 6 * digit) & 63) as usize] as char } else { '=' });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn base64_of_the_rfc() {
-        let table = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-            ("fooba", "Zm9vYmE="),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (text, code) in table {
-            assert_eq!(base64(text.as_bytes()), code);
-        }
-    }
-
-    #[test]
-    fn long_paths_keep_their_end() {
-        assert_eq!(shortened("scenes/a.scn", 32), "scenes/a.scn");
-        assert_eq!(shortened("abcdefgh", 4), "…fgh");
+    fn a_scene_and_its_namesake_have_strips_of_their_own() {
+        assert_eq!(strip_name("./scenes/show/glass.scn"), "scenes-show-glass.scn.png");
+        assert_ne!(strip_name("a.scn"), strip_name("a.pov"));
     }
 
     #[test]
@@ -194,6 +157,5 @@ mod tests {
             strip: vec![],
         };
         assert!(line(&row).ends_with("FAILED: \"no\" & never"));
-        assert_eq!(escaped(&row.scene), "&lt;a&gt;");
     }
 }

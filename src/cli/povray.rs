@@ -2,6 +2,7 @@
 
 use crate::cli::Failure;
 use crate::cli::scene::SceneArgs;
+use octray::compare::clipped;
 use octray::film::Film;
 use octray::image_io::{self, Assume};
 use octray::transfer::Transfer;
@@ -66,14 +67,14 @@ impl PovRay {
         command.args(args.library_paths.iter().map(|path| with_path("+L", path)));
         command.args(args.declares.iter().map(|(name, value)| format!("Declare={name}={value}")));
         let mut run = || command.stdin(Stdio::null()).output().map_err(|error| format!("POV-Ray: {error}"));
-        let (mut ran, mut said) = (run()?, String::new());
-        for _ in 0..TRIES {
-            said = self::said(&ran);
-            if ran.status.success() || !said.contains(TOO_BUSY) {
+        let mut ran = run()?;
+        for _ in 1..TRIES {
+            if ran.status.success() || !said(&ran).contains(TOO_BUSY) {
                 break;
             }
             ran = run()?;
         }
+        let said = said(&ran);
         if !ran.status.success() {
             return Err(format!("POV-Ray cannot render it: {}", reason(&said)));
         }
@@ -82,6 +83,13 @@ impl PovRay {
         let trace_s = trace_seconds(&said).ok_or("POV-Ray told no time")?;
         Ok(PovRun { film, trace_s })
     }
+}
+
+/// POV-Ray's file has no alpha here and ends at 1.
+pub fn as_povray_writes(film: Film) -> Film {
+    let mut film = clipped(film);
+    film.pixels.iter_mut().for_each(|pixel| pixel.transmit = 0.0);
+    film
 }
 
 /// POV-Ray writes on both streams.
