@@ -25,6 +25,7 @@ impl Machine<'_> {
                 self.warn_of_patch(&child, start, at);
             }
             facts.add(&child.facts);
+            facts.textured_part |= child.is_textured();
             self.check_depth(&facts)?;
             // The composite's box asks those of what clips its children, and of what clips that.
             self.count_steps(child.facts.helpers)?;

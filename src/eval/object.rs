@@ -68,6 +68,11 @@ impl Machine<'_> {
         };
         while self.modifier(&mut value)? {}
         self.close(what, open)?;
+        let lone = |object: &Arc<Object>| object.texture.is_none() && object.interior_texture().is_some();
+        if value.object.as_ref().is_some_and(lone) {
+            let message = format!("this `{what}` has an `interior_texture`, but no `texture` of its own");
+            return Err(self.error(message, self.span(at)));
+        }
         Ok(value)
     }
 
@@ -219,8 +224,9 @@ impl Machine<'_> {
                 loop {
                     let start = self.peek_lexeme()?;
                     let Some(helper) = self.helper()? else { break };
-                    if helper.facts.patch {
-                        let message = format!("what has no inside cannot stand in `{}`", word.text());
+                    if helper.facts.patch || helper.is_textured() {
+                        let what = if helper.facts.patch { "no inside" } else { "a texture" };
+                        let message = format!("what has {what} cannot stand in `{}`", word.text());
                         return Err(self.error(message, self.span(start)));
                     }
                     lacks.add(&helper.lacks);
@@ -401,6 +407,12 @@ impl ObjectValue {
             object.own_interiors = true;
         }
         copy
+    }
+
+    /// True if it or a part of it has a texture.
+    pub fn is_textured(&self) -> bool {
+        let own = |object: &Arc<Object>| object.texture.is_some() || object.interior_texture().is_some();
+        self.facts.textured_part || self.object.as_ref().is_some_and(own)
     }
 
     /// Moves the object and its lights.

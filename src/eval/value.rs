@@ -159,6 +159,8 @@ pub(super) struct Facts {
     pub cutaway: bool,
     /// Some part has no inside: a triangle, a mesh without `inside_vector`, a bicubic patch.
     pub patch: bool,
+    /// Some part has a texture of its own.
+    pub textured_part: bool,
 }
 
 impl Facts {
@@ -170,6 +172,7 @@ impl Facts {
         self.smooth_triangles |= part.smooth_triangles;
         self.cutaway |= part.cutaway;
         self.patch |= part.patch;
+        self.textured_part |= part.textured_part;
     }
 
     /// Takes in an object that clips or bounds.
