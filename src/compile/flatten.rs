@@ -476,7 +476,7 @@ impl<S: Scalar> Pass<S> {
         for (part, tag) in self.csg.parts[first as usize..].iter_mut().zip(&tags) {
             // Those that throw a shadow are met by all that ask for one.
             let shadows = class::BLOCKS | class::FILTERS;
-            part.kinds = if tag.class & shadows == 0 { tag.class } else { tag.class | shadows };
+            part.classes = if tag.class & shadows == 0 { tag.class } else { tag.class | shadows };
         }
         // If one part lets light through, the whole must be asked which part was hit.
         let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
@@ -667,7 +667,7 @@ impl<S: Scalar> Pass<S> {
             bounds: if kind == Kind::Disc { Aabb::INFINITE } else { self.parts.bounds(kind, row) },
             closed: !matches!(kind, Kind::Triangle | Kind::SmoothTriangle | Kind::Polygon),
             seen: true,
-            kinds: !0,
+            classes: !0,
             constraints: 0..0,
             composite: self.csg.composites.len() as u32,
         });
@@ -699,7 +699,7 @@ impl<S: Scalar> Pass<S> {
                 self.csg.parts[number as usize].constraints = first..self.csg.constraints.len() as u32;
             }
             NodeKind::All(list) | NodeKind::Merged(list) | NodeKind::Any(list) | NodeKind::Odd(list) => {
-                let children = self.csg.lists[list.start as usize..list.end as usize].to_vec();
+                let children = self.csg.list(&list).to_vec();
                 let kind = self.csg.nodes[node as usize].kind.clone();
                 for &child in &children {
                     let constraint = match &kind {

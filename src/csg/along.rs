@@ -3,7 +3,7 @@
 use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, max_abs};
 use super::parts::{Many, PartSet};
 use super::scratch::{PartRoots, Scratch};
-use super::{Composite, Constraint, CsgTree, NodeKind};
+use super::{Composite, Constraint, CsgTree, NodeKind, slice};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, f32x8, f64x8};
 use std::ops::Range;
@@ -26,8 +26,8 @@ struct Sides {
 
 impl CsgTree {
     /// The nodes of a list.
-    pub(super) fn list(&self, range: &Range<u32>) -> &[u32] {
-        &self.lists[range.start as usize..range.end as usize]
+    pub fn list(&self, range: &Range<u32>) -> &[u32] {
+        slice(&self.lists, range)
     }
 
     /// The nodes of a list without one of them.
@@ -102,8 +102,7 @@ impl<'a, P: PartRoots> Along<'a, P> {
         let first = composite.parts.start;
         self.near =
             near.iter().fold(Many::default(), |parts, near| parts | Many::of_any(near.number - first));
-        let needed = composite.needed.start as usize..composite.needed.end as usize;
-        tree.needed[needed].iter().all(|&node| self.side(node) != Side::Outside)
+        slice(&tree.needed, &composite.needed).iter().all(|&node| self.side(node) != Side::Outside)
     }
 
     /// What the inside of a part, which counts as near from now on, leaves of `within`; and the lanes that have left it before
@@ -159,7 +158,7 @@ impl<'a, P: PartRoots> Along<'a, P> {
     pub(super) fn is_surface(&mut self, number: u32, at: &Place) -> u8 {
         let tree = self.tree;
         let part = &tree.parts[number as usize];
-        let constraints = &tree.constraints[part.constraints.start as usize..part.constraints.end as usize];
+        let constraints = slice(&tree.constraints, &part.constraints);
         if !part.solid {
             return self.is_kept(constraints, at);
         }

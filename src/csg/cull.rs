@@ -1,7 +1,7 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
 use super::parts::Many;
-use super::{Composite, CsgNode, CsgTree, NodeKind, Surroundings};
+use super::{Composite, CsgNode, CsgTree, NodeKind, Surroundings, slice};
 use crate::kernel::{Aabb, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
 use std::ops::Range;
@@ -273,8 +273,7 @@ impl CsgTree {
             let (live, none) = (Mask::from_bits(lanes), f32x8::lit(f64::NEG_INFINITY));
             (least, most) = (-highest(live.select(-from, none)), highest(live.select(within.leave, none)));
         }
-        let blocks = composite.bounds_blocks.start as usize..composite.bounds_blocks.end as usize;
-        for (first, block) in (0..).step_by(LANES).zip(&self.bounds[blocks]) {
+        for (first, block) in (0..).step_by(LANES).zip(slice(&self.bounds, &composite.bounds_blocks)) {
             // Where the group test says yes, ray by ray.
             let mut waiting = if few { !0 } else { stretch.may_meet_block(block, least, most) };
             while waiting != 0 {
@@ -306,7 +305,7 @@ impl CsgTree {
     /// The side of a node made of others, whose sides (by number from `first` on) are known.
     fn side(&self, node: &CsgNode, sides: &[Side], first: u32) -> Side {
         let of = |child: &u32| sides[(*child - first) as usize];
-        let list = |range: &Range<u32>| self.lists[range.start as usize..range.end as usize].iter();
+        let list = |range: &Range<u32>| self.list(range).iter();
         let side = match &node.kind {
             NodeKind::Part(_) => Side::Outside,
             NodeKind::All(children) => fold(list(children).map(of), Side::Outside, Side::Inside),
@@ -345,7 +344,7 @@ impl CsgTree {
             let below = match &node.kind {
                 NodeKind::Part(number) => Many::of_any(number - first_part),
                 NodeKind::All(list) | NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) => {
-                    let children = &self.lists[list.start as usize..list.end as usize];
+                    let children = slice(&self.lists, list);
                     children.iter().fold(Many::default(), |parts, &child| parts | self.below[child as usize])
                 }
             };

@@ -10,7 +10,7 @@ use super::capsule::Beam;
 use super::parts::{Many, PartSet};
 use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Scratch, Sketch};
-use super::{Composite, CsgTree, NodeKind, Side};
+use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Vec3, choose, f32x8, f64x8};
 
@@ -377,7 +377,7 @@ impl CsgTree {
     #[inline(always)]
     fn passed_close<P: PartSet>(&self, plan: &Decision<P>, lines: &FootRays, live: u8) -> P {
         let beam = Beam::new(&lines.rays, live, plan.size);
-        let blocks = &self.capsules[plan.capsules.start as usize..plan.capsules.end as usize];
+        let blocks = slice(&self.capsules, &plan.capsules);
         let met = |(block, capsules)| P::of_block(block, beam.meets(capsules));
         blocks.iter().enumerate().map(met).fold(P::default(), |near, these| near | these)
     }

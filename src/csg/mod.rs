@@ -29,3 +29,11 @@ pub use cull::{BoundsBlock, Side, Stretch};
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
 pub use plan::{Plan, Rules};
 pub use scratch::{PartRoots, Scratch};
+
+use std::ops::Range;
+
+/// What a range of numbers means of a list.
+#[inline(always)]
+fn slice<'a, T>(all: &'a [T], range: &Range<u32>) -> &'a [T] {
+    &all[range.start as usize..range.end as usize]
+}

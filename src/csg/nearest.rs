@@ -5,20 +5,20 @@ use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
 use super::scratch::{PartRoots, Scratch};
-use super::{Composite, CsgTree, Plan};
+use super::{Composite, CsgTree, Plan, slice};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
     /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once. `stretch` is
-    /// that of the rays `all`, once one has asked; the rays are of `kinds`.
+    /// that of the rays `all`, once one has asked; the rays are of `classes`.
     #[inline(always)]
     pub fn nearest(
         &self,
         composite: &Composite,
         (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8),
-        (lanes, t_min, any, kinds): (u8, f64x8, bool, u8),
+        (lanes, t_min, any, classes): (u8, f64x8, bool, u8),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
@@ -44,7 +44,14 @@ impl CsgTree {
         }
         let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
         decided.changed
-            | self.walk(composite, (rays, stretch), (decided.doubt, t_min, any, kinds), source, scratch, best)
+            | self.walk(
+                composite,
+                (rays, stretch),
+                (decided.doubt, t_min, any, classes),
+                source,
+                scratch,
+                best,
+            )
     }
 
     /// The same by all crossings in double precision.
@@ -53,7 +60,7 @@ impl CsgTree {
         &self,
         composite: &Composite,
         (rays, stretch): (&Rays<f64x8>, &Stretch),
-        (lanes, t_min, any, kinds): (u8, f64x8, bool, u8),
+        (lanes, t_min, any, classes): (u8, f64x8, bool, u8),
         source: &impl PartRoots,
         scratch: &mut Scratch,
         best: &mut Best,
@@ -62,8 +69,7 @@ impl CsgTree {
         let mut along = self.along(composite, rays, source, scratch);
         // What the whole lies within is crossed first: most rays that miss the whole miss that.
         let mut lanes = lanes;
-        let required = composite.required.start as usize..composite.required.end as usize;
-        for &number in &self.required[required] {
+        for &number in slice(&self.required, &composite.required) {
             let behind;
             (within, behind) = along.narrowed(number, &within, t_min, stretch.slack);
             lanes &= within.lanes() & !behind;
@@ -86,7 +92,7 @@ impl CsgTree {
                 live &= !changed;
             }
             let part = &self.parts[number as usize];
-            if live == 0 || !part.seen || part.kinds & kinds == 0 {
+            if live == 0 || !part.seen || part.classes & classes == 0 {
                 continue;
             }
             let PartCrossings { first, surface_end, .. } = along.crossed(place);

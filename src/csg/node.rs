@@ -102,7 +102,7 @@ pub struct Part {
     /// Its crossings can be seen; false for what only clips.
     pub seen: bool,
     /// A bit for each kind of rays that sees them, if they see the composite.
-    pub kinds: u8,
+    pub classes: u8,
     /// A stretch of [`CsgTree::constraints`].
     pub constraints: Range<u32>,
     /// Its composite's number.

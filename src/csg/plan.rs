@@ -3,7 +3,7 @@
 use super::bracket::{Body, PAD};
 use super::capsule::Capsule;
 use super::parts::{Few, Many, PartSet};
-use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part};
+use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, slice};
 use crate::kernel::{Aabb, Solid};
 use crate::lane::{LANES, Scalar};
 use glam::DVec3;
@@ -87,13 +87,13 @@ impl<P> Rules<P> {
     /// The clauses of a rule that hold if some of what they say is so.
     #[inline(always)]
     pub(super) fn clauses(&self, rule: &Rule<P>) -> &[Clause<P>] {
-        &self.clauses[rule.clauses.start as usize..rule.clauses.end as usize]
+        slice(&self.clauses, &rule.clauses)
     }
 
     /// The conditions of a rule.
     #[inline(always)]
     pub(super) fn conditions(&self, rule: &Rule<P>) -> &[Condition] {
-        &self.conditions[rule.conditions.start as usize..rule.conditions.end as usize]
+        slice(&self.conditions, &rule.conditions)
     }
 }
 
@@ -148,7 +148,7 @@ impl<P: PartSet> Clause<P> {
     }
 
     /// True of every place.
-    fn is_empty_talk(self) -> bool {
+    fn is_tautology(self) -> bool {
         self.within.meets(self.without)
     }
 
@@ -182,12 +182,12 @@ impl CsgTree {
             return None;
         }
         // Rare, and so left to the walk: closed meshes, and parts of a merge that not all rays see.
-        let nodes = &self.nodes[composite.nodes.start as usize..composite.nodes.end as usize];
+        let nodes = slice(&self.nodes, &composite.nodes);
         if nodes.iter().any(|node| matches!(node.kind, NodeKind::Odd(_))) {
             return None;
         }
         let mut seen = self.parts[first as usize..][..count].iter().filter(|part| part.seen);
-        if seen.next().is_some_and(|part| seen.any(|other| other.kinds != part.kinds)) {
+        if seen.next().is_some_and(|part| seen.any(|other| other.classes != part.classes)) {
             return None;
         }
         let (middle, size) = (around.center(), (high - low).length() * 0.5 * (1.0 + BALL_ROOM));
@@ -228,7 +228,7 @@ impl CsgTree {
             let wanted = composite.parts.clone().filter(|&number| wanted(number));
             wanted.fold(P::default(), |parts, number| parts | P::of(number - first))
         };
-        let required = &self.required[composite.required.start as usize..composite.required.end as usize];
+        let required = slice(&self.required, &composite.required);
         let required = parts(&|number| required.contains(&number));
         let others = parts(&|_| true) & !required;
         let first_block = self.capsules.len() as u32;
@@ -261,7 +261,7 @@ impl CsgTree {
     /// intersection, whatever the half space is.
     fn find_mates<P: PartSet>(&self, composite: &Composite, bounded: P, rules: &mut [Rule<P>]) {
         let first = composite.parts.start;
-        for node in &self.nodes[composite.nodes.start as usize..composite.nodes.end as usize] {
+        for node in slice(&self.nodes, &composite.nodes) {
             let NodeKind::All(list) = &node.kind else { continue };
             let (mut mates, mut half_spaces) = (P::default(), P::default());
             for &child in self.list(list) {
@@ -285,8 +285,7 @@ impl CsgTree {
     /// When a crossing of a part, which has an inside, is a surface: in conjunctive normal form, as far as that is short.
     fn when_seen<P: PartSet>(&self, part: &Part, first: u32) -> WhenSeen<P> {
         let mut seen = WhenSeen::default();
-        let constraints = part.constraints.start as usize..part.constraints.end as usize;
-        for constraint in &self.constraints[constraints] {
+        for constraint in slice(&self.constraints, &part.constraints) {
             let (list, own, within) = match constraint {
                 Constraint::Inside(list, own) => (list, *own, true),
                 Constraint::Outside(list, own) => (list, *own, false),
@@ -330,7 +329,7 @@ impl CsgTree {
             } else {
                 result = result.iter().flat_map(|a| clauses.iter().map(|b| a.or(*b))).collect();
             }
-            result.retain(|clause| !clause.is_empty_talk());
+            result.retain(|clause| !clause.is_tautology());
             if result.len() > MOST_CLAUSES + P::ROOM {
                 return None;
             }

@@ -26,7 +26,7 @@ pub struct Scratch {
     pub(super) crossings: Vec<f64x8>,
     /// Parts that rays may meet.
     pub(super) near: Vec<Near>,
-    /// By part of the composite: its place in `near`, or [`NOT_NEAR`].
+    /// By part of the composite: its place in `near`, or [`NOT_NEAR`](super::cull::NOT_NEAR).
     pub(super) places: Vec<u32>,
     /// Places in `near`, with where the first of the rays comes to them.
     pub(super) order: Vec<(f32, u32)>,
