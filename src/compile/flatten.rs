@@ -3,7 +3,7 @@
 use super::shapes::{push, push_mesh};
 use super::{Body, Columns, Flat, Kind, MeshBody, Owner, Tag, WithBlock, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
-use crate::kernel::{Aabb, Block, Solid};
+use crate::kernel::{Aabb, Block, HalfSpace, Solid, bounds_of};
 use crate::lane::Scalar;
 use crate::parallel;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
@@ -483,6 +483,10 @@ impl<S: Scalar> Pass<S> {
         // A disc's bounds hold its surface, but not the half space that is its inside.
         let has_disc = self.csg.parts[first as usize..].iter().any(|part| part.kind == Kind::Disc as u8);
         let reach = if has_disc { Aabb::INFINITE } else { bounds };
+        let bounds = match bounds.is_finite() {
+            true => bounds,
+            false => bounds.intersection(given_bounds::<f64>(object, &above.place.then(&self.to_compiled))),
+        };
         let around = (around, around_bounds, interior);
         self.csg.push_composite(first, first_node, root, (bounds, reach), around);
         let tag = tags.first().copied().unwrap_or(Tag { owner: 0, rank: self.rank, class: 0 });
@@ -563,6 +567,9 @@ impl<S: Scalar> Pass<S> {
             let together = |a: Aabb| if join == Join::All { a.intersection(b) } else { a.union(b) };
             bounds = Some(bounds.map_or(b, together));
             numbers.push(number);
+        }
+        if join == Join::All {
+            bounds = bounds.map(|bounds| self.between_planes(&numbers, bounds));
         }
         let list = self.list(&numbers);
         let kind = match join {
@@ -646,10 +653,51 @@ impl<S: Scalar> Pass<S> {
             bounds = bounds.intersection(b);
             numbers.push(clip);
         }
+        bounds = self.between_planes(&numbers, bounds);
         let list = self.list(&numbers);
         let number = self.push_node(NodeKind::All(list));
         self.csg.nodes[number as usize].cuttable = 1;
         (number, bounds)
+    }
+
+    /// `bounds`, or, if these have no end, what planes and quadrics among `nodes` leave of them: all of what is bounded lies in each of these.
+    fn between_planes(&self, nodes: &[u32], bounds: Aabb) -> Aabb {
+        if bounds.is_finite() || bounds.min.cmpgt(bounds.max).any() {
+            return bounds;
+        }
+        let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).filter(|side| side.at.is_finite()).collect();
+        let mut quadrics = Vec::new();
+        self.half_spaces(nodes, &mut half_spaces, &mut quadrics);
+        for row in quadrics {
+            let more = self.parts.polynomials.half_spaces(row, &half_spaces);
+            half_spaces.extend(more);
+        }
+        bounds.intersection(bounds_of(&half_spaces))
+    }
+
+    /// The half spaces among nodes that are intersected, and rows of what may be quadrics.
+    fn half_spaces(&self, nodes: &[u32], half_spaces: &mut Vec<HalfSpace>, quadrics: &mut Vec<usize>) {
+        for &number in nodes {
+            let node = &self.csg.nodes[number as usize];
+            match &node.kind {
+                NodeKind::All(list) if !node.inverted => {
+                    self.half_spaces(self.csg.list(list), half_spaces, quadrics)
+                }
+                NodeKind::Part(part) => {
+                    let Part { kind, row, .. } = self.csg.parts[*part as usize];
+                    let row = row as usize;
+                    if kind == Kind::Polynomial as u8 && !node.inverted {
+                        quadrics.push(row);
+                    } else if let Some(Solid::HalfSpace { normal, foot }) =
+                        self.parts.with(kind, SolidOf(row))
+                    {
+                        let normal = if node.inverted { -normal } else { normal };
+                        half_spaces.push(HalfSpace { normal, at: normal.dot(foot) });
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 
     fn part(&mut self, kind: Kind, row: usize, solid: bool) -> u32 {

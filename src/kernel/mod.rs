@@ -21,6 +21,7 @@ mod outline;
 mod plane;
 mod polygon;
 mod polynomial;
+mod polytope;
 mod quartic;
 mod slab;
 mod solid;
@@ -39,6 +40,7 @@ pub use outline::{Center, LinePairs, Outlines, Passing, PluckerLines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
+pub use polytope::{HalfSpace, bounds_of};
 pub use solid::{OwnSpace, Solid};
 pub use sphere::Spheres;
 pub use torus::Tori;
@@ -46,7 +48,6 @@ pub use triangle::{SmoothTriangles, Triangles, View};
 
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, equal_lanes};
 use crate::parallel;
-use glam::DVec3;
 
 /// Eight rays with unit directions.
 #[derive(Debug, Clone, Copy, Default)]
@@ -253,7 +254,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         S::Lane::lit(f64::NAN)
     }
 
-    /// Lanes of `left.on` that leave primitive `i`, which is convex, for good: none of their crossings lies ahead. Only
+    /// Lanes of `left.on` that leave primitive `i` for good: none of their crossings lies ahead. Only
     /// lanes for which that is cheap to say.
     #[inline(always)]
     fn left_behind(&self, _i: usize, _rays: &Rays<S::Lane>, _left: &Left<S::Lane>) -> u8 {
@@ -289,12 +290,6 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
 
     /// Primitive `i` as a body; `None` where its surface is not all of the boundary, or not a boundary at all.
     fn solid(&self, _i: usize) -> Option<Solid> {
-        None
-    }
-
-    /// The corners of primitive `i`, if it is a triangle.
-    #[inline(always)]
-    fn corners(&self, _i: usize) -> Option<[DVec3; 3]> {
         None
     }
 

@@ -7,10 +7,12 @@
 //! coefficients of the size of the shape.
 
 use super::frame::{Frames, narrowed, widened};
+use super::polytope::{HalfSpace, Quadric};
 use super::univariate::{Step, Univariate, steps};
-use super::{Aabb, Block, Left, Looking, Rays, Surfaces, View, first_beyond, permuted};
+use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Surfaces, View, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
+use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
 use std::sync::Arc;
 
@@ -30,6 +32,20 @@ const REACH: f64 = 1e7;
 
 /// Rounding of the ends between which roots are looked for, with room; they only save work.
 const RANGE_ROUNDINGS: f64 = 64.0;
+
+/// A plane is parallel to axes if its normal has no more than this share along them: some roundings of a turn.
+const PARALLEL: f64 = 1e-12;
+
+/// What ends of a box may be off by, as a share of the farthest.
+const ENDS_ROOM: f64 = 1e-9;
+
+/// A polynomial of order 2.
+fn quadric(polynomial: &Polynomial) -> Option<Quadric> {
+    let &[xx, xy, xz, x, yy, yz, y, zz, z, constant] = polynomial.coefficients() else { return None };
+    let (xy, xz, yz) = (xy * 0.5, xz * 0.5, yz * 0.5);
+    let matrix = DMat3::from_cols([xx, xy, xz].into(), [xy, yy, yz].into(), [xz, yz, zz].into());
+    Some(Quadric { matrix, linear: DVec3::new(x, y, z), constant })
+}
 
 /// Value and gradient of a polynomial.
 fn gradient(polynomial: &Polynomial, p: Vec3<f64x8>) -> (f64x8, Vec3<f64x8>) {
@@ -104,14 +120,53 @@ impl<S: Scalar> Polynomials<S> {
         };
         self.steps.push(steps);
         self.polynomial.push(polynomial.clone());
-        self.bounds.push(Aabb::INFINITE);
+        let own = quadric(polynomial).map_or(Aabb::INFINITE, |quadric| quadric.bounds_in(Aabb::INFINITE));
+        self.bounds.push(match own.is_finite() {
+            true => self.frames.bounds(self.bounds.len(), own.center(), (own.max - own.min) * 0.5),
+            false => Aabb::INFINITE,
+        });
     }
 
     /// The scene vouches for the bounds of the last row.
     pub fn bound_last(&mut self, bounds: Aabb) {
         if let Some(last) = self.bounds.last_mut() {
-            *last = bounds;
+            *last = last.intersection(bounds);
         }
+    }
+
+    /// Half spaces that the inside of a quadric lies in as far as it lies in all of `others`: none of other surfaces.
+    pub fn half_spaces(&self, i: usize, others: &[HalfSpace]) -> Vec<HalfSpace> {
+        let Some(quadric) = quadric(&self.polynomial[i]) else { return Vec::new() };
+        let OwnSpace { center, map } = self.frames.own_space(i);
+        let forward = map.inverse();
+        // Those whose planes are parallel to two of its axes.
+        let mut within = Aabb::INFINITE;
+        for &HalfSpace { normal, at } in others {
+            let own = forward.transpose() * normal;
+            let axis = own.abs().max_position();
+            let rest = own.abs().element_sum() - own[axis].abs();
+            if rest > own[axis].abs() * PARALLEL {
+                continue;
+            }
+            let end = (at - normal.dot(center)) / own[axis];
+            if own[axis] > 0.0 {
+                within.max[axis] = within.max[axis].min(end);
+            } else {
+                within.min[axis] = within.min[axis].max(end);
+            }
+        }
+        let bounds = quadric.bounds_in(within);
+        let ends = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
+        let farthest = ends.filter(|end| end.is_finite()).fold(0.0, |most: f64, end| most.max(end.abs()));
+        let room = ENDS_ROOM * farthest;
+        let bounds = Aabb { min: bounds.min - room, max: bounds.max + room };
+        let placed = |own: HalfSpace| {
+            let normal = map.transpose() * own.normal;
+            let length = normal.length();
+            let normal = normal / length;
+            HalfSpace { normal, at: own.at / length + normal.dot(center) }
+        };
+        HalfSpace::of_box(bounds).filter(|side| side.at.is_finite()).map(placed).collect()
     }
 
     fn own_rays(&self, i: usize, rays: &Rays<S::Lane>) -> Rays<f64x8> {

@@ -11,7 +11,7 @@ use crate::parallel;
 use glam::DVec3;
 
 /// `n` flat triangles `a`, `b`, `c`: columns `corner` (3 corners x 3) and `normal` (3, unit, along `(c - a) x (b - a)`, POV-Ray's
-/// side, unless it has been turned by [`Triangles::face`]).
+/// side, unless [`Triangles::extend`] was told of another).
 ///
 /// A triangle has a surface but no inside. The places behind the last have no area and are never hit.
 #[derive(Debug, Clone, Default)]
@@ -408,11 +408,6 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     }
 
     #[inline(always)]
-    fn corners(&self, i: usize) -> Option<[DVec3; 3]> {
-        Some(self.corners_of(i))
-    }
-
-    #[inline(always)]
     fn corners_in_four(&self, four: usize) -> Option<[[f64; QUAD]; 9]> {
         let Four(columns) = self.rows.four(four);
         Some(std::array::from_fn(|k| columns[k].map(S::to_f64)))
@@ -472,7 +467,7 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     }
 
     fn row_bytes(&self) -> usize {
-        21 * size_of::<S>()
+        self.flat.row_bytes() + 9 * size_of::<S>()
     }
 
     #[inline(always)]
@@ -543,11 +538,6 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     }
 
     #[inline(always)]
-    fn corners(&self, i: usize) -> Option<[DVec3; 3]> {
-        self.flat.corners(i)
-    }
-
-    #[inline(always)]
     fn corners_in_four(&self, four: usize) -> Option<[[f64; QUAD]; 9]> {
         self.flat.corners_in_four(four)
     }
@@ -591,7 +581,8 @@ mod tests {
         }
         assert_eq!(waiting.rows.len(), 14);
         assert!(
-            (0..44).all(|i| rows.bounds(i) == waiting.bounds(i) && rows.corners(i) == waiting.corners(i))
+            (0..44)
+                .all(|i| rows.bounds(i) == waiting.bounds(i) && rows.corners_of(i) == waiting.corners_of(i))
         );
         let order: Vec<u32> = (0..44).rev().collect();
         rows.permute(&order);
