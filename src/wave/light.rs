@@ -119,7 +119,14 @@ impl LightProgram {
                 // Behind a parallel spotlight the light does not look this way, though its rays would.
                 let q = dir.dot(Vec3::splat(self.axis));
                 let q = distance.gt(L::zero()).select(-q, q);
-                let lit = q.gt(L::zero());
+                let mut lit = q.gt(L::zero());
+                if radius.cos() > 0.0 {
+                    lit &= q.ge(L::lit(radius.cos().min(falloff.cos())));
+                }
+                // Most of a scene lies beside most spots.
+                if lit.none() {
+                    return L::zero();
+                }
                 let mut s = q.max(L::zero()).pow_const(tightness);
                 if radius.cos() > 0.0 {
                     let rim = smooth_step(falloff.cos(), radius.cos(), q);
@@ -133,6 +140,9 @@ impl LightProgram {
                 let ahead = from.dot(axis);
                 let off = (from - axis * ahead).length();
                 let lit = ahead.gt(L::zero()) & off.lt(L::lit(falloff));
+                if lit.none() {
+                    return L::zero();
+                }
                 let x = one - off / L::lit(falloff);
                 let mut s = x.max(L::zero()).pow_const(tightness);
                 if radius > 0.0 {

@@ -36,18 +36,22 @@ pub fn surround<S: Scalar, B: Scalar>(
     buffers: LightBuffers,
     pixels: usize,
 ) {
-    let cells = (pixels / PIXELS_A_CELL).min(MOST_CELLS).min(MOST_OF_ALL / lights.len().max(1));
+    let most = MOST_CELLS.min(MOST_OF_ALL / lights.len().max(1));
+    let cells = (pixels / PIXELS_A_CELL).min(most);
     if buffers == LightBuffers::Auto && scene.bvh.is_small() {
         let casters = Casters::of(scene);
+        let bounded = casters.bounded(scene);
         for light in lights {
             if let Some(place) = light.shadow_point() {
-                light.around = Around::Cones(Cones::of(scene, &casters, place));
+                light.around = Around::Cones(Cones::of::<S>(&casters, &bounded, place));
             }
         }
         return;
     }
     let casters = match buffers {
         LightBuffers::Never => return,
+        // So many lights that there is no room for what is worth it of each.
+        _ if most < FEWEST_CELLS => return,
         LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,
         LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
     };

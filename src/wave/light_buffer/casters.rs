@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// Something of finite size that casts a shadow.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Caster {
+pub struct Caster {
     pub bounds: Aabb,
     /// Kind and row, [`COMPOSITE`] and number.
     pub kind: u8,
@@ -134,7 +134,7 @@ impl Casters {
 
 impl Casters {
     /// Those that have bounds, triangles among the rest.
-    pub(super) fn bounded<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>) -> Vec<Caster> {
+    pub fn bounded<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>) -> Vec<Caster> {
         let mut all = self.all.clone();
         for (kind, opaque) in &self.triangles {
             let rows = (0u32..).zip(opaque).filter(|(_, opaque)| **opaque);

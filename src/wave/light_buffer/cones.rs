@@ -8,7 +8,7 @@ use super::seen::relative;
 use crate::bvh::Run;
 #[cfg(doc)]
 use crate::compile::NO_SURFACE;
-use crate::compile::{Compiled, Kind, SurfaceId};
+use crate::compile::{Kind, SurfaceId};
 use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes, f32x8};
 use glam::DVec3;
 
@@ -48,12 +48,12 @@ const COSINE_ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 const DISTANCE_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 
 impl Cones {
-    /// Of all `casters`, where `S` is what rays are traced in.
-    pub fn of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, casters: &Casters, location: DVec3) -> Self {
+    /// Of all `casters`, of which these are `bounded`, where `S` is what rays are traced in.
+    pub fn of<S: Scalar>(casters: &Casters, bounded: &[Caster], location: DVec3) -> Self {
         let slack = slack_at::<S>(location, casters);
         let regions = Regions::of(casters, location, slack);
         let mut cones = Self { all: Vec::new(), around: Vec::new(), regions };
-        for caster in &casters.bounded(scene) {
+        for caster in bounded {
             let (min, max) = relative(caster, location, slack);
             if min.max(-max).max_element() <= 0.0 {
                 cones.regions.enter(caster, location, slack);
