@@ -67,6 +67,8 @@ impl Machine<'_> {
                 albedo.diffuse |= self.accept_word(K::Albedo)?;
                 // No light is taken away: below 0 is 0 (measured).
                 finish.diffuse = self.finite()?.max(0.0);
+                // One number is that of the front: nothing is left of what the back had (measured).
+                finish.diffuse_back = 0.0;
                 if self.accept(Mark::Comma)? {
                     finish.diffuse_back = self.finite()?.max(0.0);
                 }
