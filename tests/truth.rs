@@ -104,12 +104,26 @@ fn check_all(truths: &[Truth], engine: Engine) {
 #[test]
 fn packets_agree_with_povray() {
     let truths = table();
-    let scenes = ["scenes/feature", "scenes/show"].map(|folder| {
-        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-        entries.filter(|path| path.extension().is_some_and(|ending| ending == "scn")).count()
-    });
-    assert!(truths.len() >= scenes[0] + scenes[1], "{} truths of {scenes:?} scenes", truths.len());
+    for scene in scenes(&["scenes/feature", "scenes/show"]) {
+        assert!(truths.iter().any(|truth| truth.scene == scene), "{scene} has no truth");
+    }
     check_all(&truths, Engine::Packets);
+}
+
+#[test]
+fn every_scene_is_told_of() {
+    let told = std::fs::read_to_string("scenes/README.md").unwrap();
+    for scene in scenes(&["scenes/feature", "scenes/hard", "scenes/show"]) {
+        let name = scene.rsplit('/').next().unwrap();
+        assert!(told.contains(&format!("\n- `{name}`: ")), "scenes/README.md does not tell of {scene}");
+    }
+}
+
+/// The scenes of these folders, by their paths.
+fn scenes(folders: &[&str]) -> Vec<String> {
+    let found = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let paths = found.map(|entry| entry.unwrap().path().to_str().unwrap().to_owned());
+    paths.filter(|path| path.ends_with(".scn")).collect()
 }
 
 /// On the feature scenes alone: against the thousands of objects of some others, every ray against every object takes

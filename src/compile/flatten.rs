@@ -27,7 +27,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         mesh_bodies: Vec::new(),
         owners: Vec::new(),
         owner_of: FxHashMap::default(),
-        textures: TextureBuilder::new(origin, scene.globals.opacity),
+        textures: TextureBuilder::new(origin, &scene.globals),
         opaque: Vec::new(),
         interiors: vec![Interior::default()],
         interior_of: FxHashMap::default(),

@@ -173,7 +173,8 @@ impl Machine<'_> {
         let count = self.float()?.clamp(1.0, 10.0) as u32;
         self.comma()?;
         let point = self.vector()?;
-        Ok(Num::vector(noise::turbulence_vector(point, &noise::Octaves { count, omega, lambda })))
+        let octaves = noise::Octaves { count, omega, lambda };
+        Ok(Num::vector(noise::turbulence_vector(point.to_array(), &octaves).into()))
     }
 
     /// One or more floats, folded from the left.

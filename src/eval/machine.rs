@@ -106,6 +106,7 @@ pub(super) struct Machine<'a> {
     pub version: f64,
     pub version_set: bool,
     pub gamma_set: bool,
+    pub generator_set: bool,
     pub camera_set: bool,
     /// POV-Ray reads other characters in strings as blanks.
     pub ascii: bool,
@@ -165,6 +166,7 @@ impl<'a> Machine<'a> {
             version: 3.62,
             version_set: false,
             gamma_set: false,
+            generator_set: false,
             camera_set: false,
             ascii: true,
             late_version: None,

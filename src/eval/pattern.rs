@@ -187,12 +187,12 @@ impl Machine<'_> {
     }
 }
 
-/// The wave that a pattern has if none is said.
-pub(super) fn own_wave(pattern: &AnyPattern) -> Wave {
+/// The wave that comes with a pattern.
+pub(super) fn own_wave(pattern: &AnyPattern) -> Option<Wave> {
     match pattern {
         AnyPattern::Number(Pattern::Marble(..) | Pattern::Wood(..) | Pattern::Spiral1(..))
-        | AnyPattern::Other(OtherPattern::Spiral2(_)) => Wave::Triangle,
-        _ => Wave::Ramp,
+        | AnyPattern::Other(OtherPattern::Spiral2(_)) => Some(Wave::Triangle),
+        _ => None,
     }
 }
 

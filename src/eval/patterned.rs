@@ -54,11 +54,13 @@ impl Machine<'_> {
         if matches!(pattern, AnyPattern::Other(OtherPattern::Facets { .. })) && S::WORD != Keyword::Normal {
             return Err(self.error("the pattern `facets` is for a `normal` alone", self.span(at)));
         }
-        said.wave = own_wave(&pattern);
+        // What else has been said stays, also the wave (measured in POV-Ray 3.7).
+        said.wave = own_wave(&pattern).unwrap_or(said.wave);
         if matches!(said.map, Map::List(_)) {
             said.map = Map::Own;
         }
         if let Some(length) = list_length(&pattern) {
+            said.frequency = 0.0;
             said.map = Map::List(self.pattern_list::<S>(length, &mut inner)?);
         }
         said.pattern = pattern;
@@ -240,7 +242,10 @@ impl Machine<'_> {
         if let Some(wave) = wave(word) {
             self.next()?;
             said.wave = match wave {
-                Wave::Poly(_) => Wave::Poly(self.optional_float()?.unwrap_or(1.0)),
+                Wave::Poly(usual) => {
+                    let before = if let Wave::Poly(before) = said.wave { before } else { usual };
+                    Wave::Poly(self.optional_float()?.unwrap_or(before))
+                }
                 wave => wave,
             };
             return Ok(true);
@@ -265,7 +270,7 @@ impl Machine<'_> {
             K::NoiseGenerator => {
                 self.next()?;
                 said.noise_generator = self.integer("`noise_generator`", 0, 3)? as u8;
-                if !matches!(said.noise_generator, 0 | 2) {
+                if said.noise_generator == 3 {
                     lacks.add(&self.lack("noise_generator", at));
                 }
             }

@@ -4,6 +4,7 @@ use super::machine::{Lexeme, Machine, Res};
 use super::patterned::Spread;
 use super::value::{Lacks, NamedMap, Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::noise::Generator;
 use crate::scene::{
     AnyPattern, Blocks, Color, ColorMap, Map, Mapped, OtherPattern, Pattern, Patterned, Pigment, PigmentKind,
     Transform,
@@ -303,10 +304,16 @@ impl Draft {
             PigmentKind::Solid(color) => draft.solid = Some(*color),
             PigmentKind::Blocks(blocks) => {
                 said.pattern = AnyPattern::Blocks(blocks.pattern);
+                (said.wave, said.frequency, said.phase) = (blocks.wave, blocks.frequency, blocks.phase);
                 said.map = Map::List(blocks.colors.iter().map(|color| Pigment::solid(*color)).collect());
             }
             PigmentKind::Mapped(mapped) => {
-                let Mapped { pattern, wave, frequency, phase, map } = &**mapped;
+                let Mapped { pattern, wave, frequency, phase, generator, map } = &**mapped;
+                said.noise_generator = match generator {
+                    None => 0,
+                    Some(Generator::Original) => 1,
+                    Some(Generator::Corrected) => 2,
+                };
                 let (pattern, turbulence, octaves) = pattern.in_order();
                 said.pattern = AnyPattern::Number(pattern);
                 (said.turbulence, said.octaves) = (turbulence, octaves);
@@ -331,9 +338,15 @@ impl Draft {
 
 /// A pigment as it is rendered, if it is.
 fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
-    if said.uv_mapping || !said.warps.is_empty() || !matches!(said.noise_generator, 0 | 2) {
+    if said.uv_mapping || !said.warps.is_empty() {
         return None;
     }
+    let generator = match said.noise_generator {
+        0 => None,
+        1 => Some(Generator::Original),
+        2 => Some(Generator::Corrected),
+        _ => return None,
+    };
     match &said.pattern {
         AnyPattern::Blocks(pattern) => {
             let mut colors = pattern.own_colors().to_vec();
@@ -343,7 +356,8 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
                     *color = solid;
                 }
             }
-            Some(PigmentKind::Blocks(Box::new(Blocks { pattern: *pattern, colors })))
+            let (wave, frequency, phase) = (said.wave, said.frequency, said.phase);
+            Some(PigmentKind::Blocks(Box::new(Blocks { pattern: *pattern, colors, wave, frequency, phase })))
         }
         AnyPattern::Number(pattern) => {
             let map = match &said.map {
@@ -359,6 +373,7 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
                 wave: said.wave,
                 frequency: said.frequency,
                 phase: said.phase,
+                generator,
                 map,
             })))
         }

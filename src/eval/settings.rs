@@ -3,6 +3,7 @@
 use super::item::{ANY, Bounds, NOT_NEGATIVE, POSITIVE};
 use super::machine::{Machine, Res};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::noise::Generator;
 use crate::scene::{Gamma, PhotonUse, Photons, Radiosity};
 
 /// POV-Ray's bounds of the samples that are averaged.
@@ -67,9 +68,11 @@ impl Machine<'_> {
             }
             K::NoiseGenerator => {
                 self.next()?;
-                let number = self.integer("`noise_generator`", 1, 3)? as u8;
-                self.scene.globals.noise_generator = number;
-                if number != 2 {
+                let number = self.integer("`noise_generator`", 1, 3)?;
+                let generator = if number == 1 { Generator::Original } else { Generator::Corrected };
+                self.scene.globals.noise_generator = generator;
+                self.generator_set = true;
+                if number == 3 {
                     let lacks = self.lack("noise_generator", at);
                     self.miss(&lacks);
                 }

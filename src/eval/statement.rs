@@ -10,8 +10,12 @@ use super::string::is_string_function;
 use super::texture::Textures;
 use super::value::{NamedMap, Num, Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::noise::Generator;
 use crate::scene::{Finish, Gamma, Normal, Opacity};
 use std::sync::Arc;
+
+/// From this version on noise is corrected to fill its range.
+const FIRST_CORRECTED: f64 = 3.5;
 
 impl Machine<'_> {
     /// Runs the scene to its end, whatever is wrong in it.
@@ -35,6 +39,9 @@ impl Machine<'_> {
             if !self.gamma_set {
                 globals.assumed_gamma = Gamma::Off;
             }
+        }
+        if self.version < FIRST_CORRECTED && !self.generator_set {
+            self.scene.globals.noise_generator = Generator::Original;
         }
         self.count_warnings();
         self.advise();

@@ -10,7 +10,7 @@ mod quad;
 mod vec3;
 
 pub use mask::Mask;
-pub use quad::{QUAD, Quad};
+pub use quad::{QUAD, Quad, columns};
 pub use vec3::Vec3;
 
 use std::fmt::Debug;

@@ -1,10 +1,10 @@
 //! Four numbers at a time, for one ray against the few primitives of a leaf: eight lanes would be twice as many as leaves
 //! fill, and in double precision twice the work.
 
-use super::Scalar;
+use super::{LANES, Scalar};
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
-use wide::{f32x4, f64x4};
+use wide::{f32x4, f64x4, f64x8};
 
 /// Numbers in a [`Quad`].
 pub const QUAD: usize = 4;
@@ -121,3 +121,34 @@ macro_rules! impl_quad {
 
 impl_quad!(f32x4, f32, |x| x);
 impl_quad!(f64x4, f64, |x: f64x4| f32x4::from(x.to_array().map(|x| x as f32)));
+
+/// Eight rows of numbers as columns, a row a lane; `M` is a multiple of [`QUAD`].
+#[inline(always)]
+pub fn columns<const M: usize>(rows: &[[f64; M]; LANES]) -> [f64x8; M] {
+    let mut columns = [f64x8::ZERO; M];
+    for (number, four) in columns.chunks_exact_mut(QUAD).enumerate() {
+        // `wide` turns four rows of four by shuffles; eight of eight it takes apart.
+        let turned = |first: usize| {
+            let row = |k: usize| std::array::from_fn::<f64, QUAD, _>(|m| rows[first + k][number * QUAD + m]);
+            f64x4::transpose([0, 1, 2, 3].map(|k| f64x4::from(row(k))))
+        };
+        let (low, high) = (turned(0), turned(QUAD));
+        for (column, halves) in four.iter_mut().zip(low.into_iter().zip(high)) {
+            *column = bytemuck::cast([halves.0, halves.1]);
+        }
+    }
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_become_columns() {
+        let rows: [[f64; 12]; LANES] = std::array::from_fn(|k| std::array::from_fn(|m| (100 * k + m) as f64));
+        for (m, column) in columns(&rows).into_iter().enumerate() {
+            assert_eq!(column.to_array(), std::array::from_fn(|k| (100 * k + m) as f64));
+        }
+    }
+}

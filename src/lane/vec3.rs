@@ -127,7 +127,10 @@ impl<L: Lane> Vec3<L> {
     }
 
     /// Component by component.
-    #[allow(clippy::should_implement_trait)] // `*` scales by one number a lane; two products under one sign mislead.
+    #[allow(
+        clippy::should_implement_trait,
+        reason = "`*` scales by a number; two products under one sign mislead"
+    )]
     #[inline(always)]
     pub fn mul(self, other: Self) -> Self {
         Self::new(self.x * other.x, self.y * other.y, self.z * other.z)

@@ -144,9 +144,9 @@ fn may_meet((min, max): PartBox, origin: DVec3, dir: DVec3) -> bool {
     near <= far
 }
 
-/// The colour of a pigment at a point of the space it stands in.
+/// The colour of a pigment at a point of the space it stands in, by the usual noise.
 pub fn pigment_color(pigment: &Pigment, point: DVec3) -> Color {
-    pattern::color(pigment, point)
+    pattern::color(pigment, point, Default::default())
 }
 
 /// [`nearest_hit`] for many rays `(origin, dir)`, in their order.

@@ -1,29 +1,34 @@
 //! The colour of a pigment at a point.
 
-use crate::scene::{BlockPattern, Color, ColorMap, Mapped, Pattern, Pigment, PigmentKind, Wave};
+use crate::scene::noise::Generator;
+use crate::scene::{BlockPattern, Blocks, Color, ColorMap, Mapped, Pattern, Pigment, PigmentKind, Wave};
 use glam::DVec3;
 
 /// Block patterns are shifted by this, so that a surface in the very plane between two blocks has one colour (POV-Ray's value,
 /// in units of the pattern).
 const NUDGE: f64 = 1e-10;
 
-/// The colour at `point`, given in the space of the texture.
-pub fn color(pigment: &Pigment, point: DVec3) -> Color {
+/// The colour at `point`, given in the space of the texture, in a scene with that generator of noise.
+pub fn color(pigment: &Pigment, point: DVec3, generator: Generator) -> Color {
     let point = || pigment.transform.inverted().point(point);
     match &pigment.kind {
         PigmentKind::Solid(color) => *color,
         PigmentKind::Other { stand_in, .. } => **stand_in,
         PigmentKind::Blocks(blocks) => {
-            blocks.colors.get(block(&blocks.pattern, point())).copied().unwrap_or_default()
+            let Blocks { wave, frequency, phase, .. } = **blocks;
+            shown(&blocks.map(), block(&blocks.pattern, point()) as f64, (wave, frequency, phase))
         }
         PigmentKind::Mapped(mapped) => {
-            let Mapped { pattern, wave, frequency, phase, map } = &**mapped;
-            let value = value(pattern, point());
-            // A frequency of 0 leaves the number as it is, the phase too (measured in POV-Ray 3.7).
-            let v = if *frequency == 0.0 { value } else { fold(value * frequency + phase) };
-            look_up(map, shape(*wave, v))
+            let Mapped { pattern, wave, frequency, phase, generator: own, map } = &**mapped;
+            shown(map, value(pattern, point(), own.unwrap_or(generator)), (*wave, *frequency, *phase))
         }
     }
+}
+
+/// The colour of a number. A frequency of 0 leaves it as it is, the phase too (measured in POV-Ray 3.7).
+fn shown(map: &ColorMap, value: f64, (wave, frequency, phase): (Wave, f64, f64)) -> Color {
+    let v = if frequency == 0.0 { value } else { fold(value * frequency + phase) };
+    look_up(map, shape(wave, v))
 }
 
 /// Which of its colours a block pattern shows.
@@ -80,14 +85,14 @@ fn hexagon(x: f64, z: f64) -> usize {
 }
 
 /// The number of a pattern, before the wave.
-fn value(pattern: &Pattern, p: DVec3) -> f64 {
+fn value(pattern: &Pattern, p: DVec3, generator: Generator) -> f64 {
     match pattern {
         Pattern::Gradient(direction) => {
             let along = p.dot(*direction);
             if along > 1.0 { along % 1.0 } else { along }
         }
         // The formulas are the description's own; POV-Ray's pictures are what they are held against.
-        other => other.value(p),
+        other => other.value(p.to_array(), generator),
     }
 }
 

@@ -405,6 +405,7 @@ fn slab_shifts_sight_by_snell_s_law() {
             wave: Wave::Ramp,
             frequency: 1.0,
             phase: 0.0,
+            generator: None,
             map: ramp,
         })),
         transform: Transform::scale(DVec3::splat(10.0)).into(),
@@ -519,10 +520,10 @@ fn everything(factor: f64) -> Scene {
     };
     let white = Color::opaque(0.9, 0.8, 0.7);
     let floor = Pigment {
-        kind: PigmentKind::Blocks(Box::new(Blocks {
-            pattern: BlockPattern::Checker,
-            colors: vec![white, Color::opaque(0.1, 0.2, 0.1)],
-        })),
+        kind: PigmentKind::Blocks(Box::new(Blocks::new(
+            BlockPattern::Checker,
+            vec![white, Color::opaque(0.1, 0.2, 0.1)],
+        ))),
         transform: Default::default(),
     };
     let floor = Texture {

@@ -130,7 +130,8 @@ impl<'w> Tracer<'w> {
             if !(left > scene.globals.adc_bailout) {
                 break;
             }
-            let (finish, color) = (&layer.finish, pattern::color(&layer.pigment, place));
+            let (finish, color) =
+                (&layer.finish, pattern::color(&layer.pigment, place, scene.globals.noise_generator));
             let ior = media.relative_ior(interior, interiors);
             let reflected = reflectivity(finish, cosine, ior, color.rgb);
             let film = interference(finish, 2.0 * cosine, self.world.scene.globals.irid_wavelength);
@@ -242,7 +243,9 @@ impl<'w> Tracer<'w> {
         for (share, texture) in self.world.textures(met, ray) {
             let place = texture.from_world.point(met.face.point);
             let layers = texture.texture.layers.iter();
-            let through = |layer: &Layer| pattern::color(&layer.pigment, place).transmittance() * caustics;
+            let generator = self.world.scene.globals.noise_generator;
+            let through =
+                |layer: &Layer| pattern::color(&layer.pigment, place, generator).transmittance() * caustics;
             sum += share * layers.map(through).fold(Rgb::ONE, |product, layer| product * layer);
         }
         if media.contains(id) { sum * shadow_fade(interior, met.t) } else { sum }

@@ -60,7 +60,7 @@ pub struct Lens {
 
 /// Kinds of camera that are not rendered (manual section 3.4.3.2).
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum LensKind {
     Fisheye,
     UltraWideAngle,

@@ -38,7 +38,7 @@ pub enum Operand {
 
 /// One step; `out` is a register that no step before has written.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "a variant is the function or its operands")]
 pub enum Op {
     /// `out = f(a)`
     One { out: u16, f: Unary, a: Operand },
@@ -113,7 +113,7 @@ macro_rules! functions {
     ($(#[$doc:meta])* $name:ident($($arg:ident),*) $call:tt $kind:ty: $($variant:ident $body:expr;)*) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        #[allow(missing_docs)]
+        #[allow(missing_docs, reason = "a variant is the function or its operands")]
         pub enum $name { $($variant,)* }
 
         impl $name {

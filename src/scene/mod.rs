@@ -35,6 +35,7 @@ pub use function::Function;
 pub use image::{Computed, Image, ImageSource};
 pub use light::{AreaLight, Fade, Light, LightKind, LightMore};
 pub use mesh::{Mesh, MeshTriangle};
+use noise::Generator;
 pub use normal::Normal;
 pub use object::{CsgOp, Flags, More, Object, Shape};
 pub use other_shape::{BlobPart, Curve, Font, Isosurface, JuliaFractal, OtherKind, OtherShape, Parametric};
@@ -96,8 +97,8 @@ pub struct Globals {
     pub assumed_gamma: Gamma,
     /// What a `filter` leaves of its surface's own light: by the version that holds at the end of the scene.
     pub opacity: Opacity,
-    /// Of noise: 1, 2 or 3. Rendered is 2 alone.
-    pub noise_generator: u8,
+    /// Of noise: as said, or else by the version that holds at the end of the scene.
+    pub noise_generator: Generator,
     /// Light between surfaces.
     pub radiosity: Option<Box<Radiosity>>,
     /// Light from lamps that is kept where it falls.
@@ -125,7 +126,7 @@ impl Default for Globals {
             irid_wavelength: Rgb::new(0.70, 0.52, 0.48),
             assumed_gamma: Gamma::Power(1.0),
             opacity: Opacity::Share,
-            noise_generator: 2,
+            noise_generator: Generator::default(),
             radiosity: None,
             photons: None,
         }

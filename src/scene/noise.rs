@@ -4,7 +4,7 @@
 //! by a smooth weight (Perlin 1985). The corners' numbers come from a table of constants, recovered by measuring
 //! `f_noise3d` and `turbulence`; the permutation that spreads them is computed.
 
-use glam::DVec3;
+use super::number::Number;
 use std::sync::LazyLock;
 
 /// The random linear functions: four neighbours of this table are a constant and three slopes.
@@ -79,29 +79,65 @@ impl Default for Octaves {
     }
 }
 
+/// Which noise is made of the lattice (manual section 3.2.5.6 noise_generator; Perlin's own, the third, is not modelled).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Generator {
+    /// 1, that of POV-Ray before 3.5: about a half, cut off at 0 and 1.
+    Original,
+    /// 2, corrected to fill 0 to 1.
+    #[default]
+    Corrected,
+}
+
+impl Generator {
+    /// Noise in 0..1.
+    pub fn noise<T: Number>(self, p: [T; 3]) -> T {
+        match self {
+            Self::Original => original_noise(p),
+            Self::Corrected => noise(p),
+        }
+    }
+
+    /// What is summed up for turbulence and wrinkles: with either generator about as much.
+    pub fn octave<T: Number>(self, p: [T; 3]) -> T {
+        match self {
+            Self::Original => original_noise(p),
+            Self::Corrected => noise(p) * 2.0 - 0.5,
+        }
+    }
+
+    /// What granite is grained by: 0 where noise is in its middle.
+    pub fn grain<T: Number>(self, p: [T; 3]) -> T {
+        match self {
+            Self::Original => T::lit(0.5) - original_noise(p),
+            Self::Corrected => T::lit(1.0) - noise(p) * 2.0,
+        }
+    }
+}
+
 /// Noise in 0..1 (generator 2). NaN where a coordinate is not finite or beyond 10^15.
-pub fn noise(p: DVec3) -> f64 {
-    let [sum] = lattice::<1>(p);
-    ((sum + RANGE_OFFSET) * RANGE_SCALE).clamp(0.0, 1.0)
+pub fn noise<T: Number>(p: [T; 3]) -> T {
+    let [sum] = lattice::<T, 1, 32>(p);
+    ((sum + RANGE_OFFSET) * RANGE_SCALE).unit()
 }
 
 /// Noise of generator 1, that of POV-Ray before 3.5.
-pub fn original_noise(p: DVec3) -> f64 {
-    let [sum] = lattice::<1>(p);
-    (sum + 0.5).clamp(0.0, 1.0)
+pub fn original_noise<T: Number>(p: [T; 3]) -> T {
+    let [sum] = lattice::<T, 1, 32>(p);
+    (sum + 0.5).unit()
 }
 
 /// Three noises about 0, independent of each other.
-pub fn noise_vector(p: DVec3) -> DVec3 {
-    DVec3::from_array(lattice::<3>(p))
+pub fn noise_vector<T: Number>(p: [T; 3]) -> [T; 3] {
+    lattice::<T, 3, 96>(p)
 }
 
 /// Noises of falling size added up, about 0..1.
-pub fn turbulence(p: DVec3, octaves: &Octaves) -> f64 {
-    let mut sum = (2.0 * noise(p) - 0.5).clamp(0.0, 1.0);
+pub fn turbulence<T: Number>(p: [T; 3], octaves: &Octaves, generator: Generator) -> T {
+    let mut sum = generator.octave(p).unit();
     let (mut strength, mut fineness) = (octaves.omega, octaves.lambda);
     for _ in 1..octaves.count {
-        sum += strength * (2.0 * noise(p * fineness) - 0.5);
+        sum = sum + generator.octave(p.map(|v| v * fineness)) * strength;
         strength *= octaves.omega;
         fineness *= octaves.lambda;
     }
@@ -109,66 +145,80 @@ pub fn turbulence(p: DVec3, octaves: &Octaves) -> f64 {
 }
 
 /// The same of [`noise_vector`]: `vturbulence`, and what `turbulence` moves a pattern's point by.
-pub fn turbulence_vector(p: DVec3, octaves: &Octaves) -> DVec3 {
+pub fn turbulence_vector<T: Number>(p: [T; 3], octaves: &Octaves) -> [T; 3] {
     let mut sum = noise_vector(p);
     let (mut strength, mut fineness) = (octaves.omega, octaves.lambda);
     for _ in 1..octaves.count {
-        sum += strength * noise_vector(p * fineness);
+        let more = noise_vector(p.map(|v| v * fineness));
+        sum = std::array::from_fn(|axis| sum[axis] + more[axis] * strength);
         strength *= octaves.omega;
         fineness *= octaves.lambda;
     }
     sum
 }
 
-/// `N` sums over the eight corners of the cell about `p`.
-fn lattice<const N: usize>(p: DVec3) -> [f64; N] {
-    // Indices would overflow; there is no fraction left in such numbers anyway.
-    if !(p.abs().max_element() < 1e15) {
-        return [f64::NAN; N];
-    }
-    let cell = p.map(|v| if v >= 0.0 { v.trunc() } else { (v - LATTICE_EDGE).trunc() });
-    let index = cell.to_array().map(|c| ((c as i64 + LATTICE_SHIFT) & 0xfff) as usize);
-    let at = p - cell;
-    // The weight of the far corner along each axis.
-    let far = at * at * (3.0 - 2.0 * at);
-    let hash = &NOISE_HASH;
-    let mut sums = [0.0; N];
-    for corner in 0..8usize {
-        let d = [corner & 1, corner >> 1 & 1, corner >> 2];
-        let k = usize::from(hash[index[0] + d[0]]) ^ (index[1] + d[1]);
-        let k = usize::from(hash[k]) ^ (index[2] + d[2]);
-        let k = usize::from(hash[k]) & 0xff;
-        let offset = DVec3::new(d[0] as f64, d[1] as f64, d[2] as f64);
-        let weights = DVec3::select(offset.cmpeq(DVec3::ONE), far, 1.0 - far);
-        let weight = weights.x * weights.y * weights.z;
-        let to = at - offset;
+/// `N` sums over the eight corners of the cell about `p`; `M` is `32 N`.
+#[inline(always)]
+fn lattice<T: Number, const N: usize, const M: usize>(p: [T; 3]) -> [T; N] {
+    let cell = p.map(|v| v.if_less(T::lit(0.0), (v - LATTICE_EDGE).whole(), v.whole()));
+    let hash = &**NOISE_HASH;
+    let slopes: [T; M] = T::rows(cell, |cell, slopes| slopes_at(hash, cell, slopes));
+    // Along each axis where it is from the near and the far corner, and their weights.
+    let sides: [_; 3] = std::array::from_fn(|axis| {
+        let at = p[axis] - cell[axis];
+        let far = at * at * (T::lit(3.0) - at * 2.0);
+        [(at, T::lit(1.0) - far), (at - 1.0, far)]
+    });
+    let mut sums = [T::lit(0.0); N];
+    for corner in 0..8 {
+        let [(x, weight_x), (y, weight_y), (z, weight_z)]: [_; 3] =
+            std::array::from_fn(|axis| sides[axis][corner >> axis & 1]);
+        let weight = weight_x * weight_y * weight_z;
         for (n, sum) in sums.iter_mut().enumerate() {
-            let r = &NOISE_TABLE[k + 4 * n..][..4];
-            *sum += weight * (0.5 * r[0] + r[1] * to.x + r[2] * to.y + r[3] * to.z);
+            let [constant, a, b, c] = [0, 1, 2, 3].map(|k| slopes[4 * (N * corner + n) + k]);
+            *sum = *sum + weight * (constant * 0.5 + a * x + b * y + c * z);
         }
     }
     sums
 }
 
+/// The random linear functions of the corners of a cell, one after the other, of each as many neighbours as there is room for: a constant and three
+/// slopes. NaN where indices would overflow: there is no fraction left in such numbers anyway.
+#[inline(always)]
+fn slopes_at<const M: usize>(hash: &[u16; 8192], cell: [f64; 3], slopes: &mut [f64; M]) {
+    if !cell.iter().all(|c| c.abs() < 1e15) {
+        *slopes = [f64::NAN; M];
+        return;
+    }
+    let [x, y, z] = cell.map(|c| ((c as i64 + LATTICE_SHIFT) & 0xfff) as usize);
+    let along_x = [0, 1].map(|d| usize::from(hash[x + d]));
+    let across: [_; 4] = std::array::from_fn(|k| usize::from(hash[along_x[k & 1] ^ (y + (k >> 1))]));
+    for (k, slopes) in slopes.chunks_exact_mut(M / 8).enumerate() {
+        let first = usize::from(hash[across[k & 3] ^ (z + (k >> 2))]) & 0xff;
+        slopes.copy_from_slice(&NOISE_TABLE[first..first + M / 8]);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     /// What `vturbulence` gives in POV-Ray 3.7; it prints twelve digits, the table has seven.
     #[test]
     fn turbulence_is_pov_ray_s() {
         let octaves = Octaves { count: 6, omega: 0.5, lambda: 2.0 };
-        let found = turbulence_vector(DVec3::new(1.1, 2.2, 3.3), &octaves);
+        let found = DVec3::from(turbulence_vector([1.1, 2.2, 3.3], &octaves));
         let expected = DVec3::new(-0.492049152430, -0.251253908050, 0.422430532175);
         assert!((found - expected).abs().max_element() < 1e-6, "{found}");
         let octaves = Octaves { count: 3, omega: 0.4, lambda: 3.0 };
-        let found = turbulence_vector(DVec3::new(-1.1, 2.2, 3.3), &octaves);
+        let found = DVec3::from(turbulence_vector([-1.1, 2.2, 3.3], &octaves));
         let expected = DVec3::new(-0.283286205252, 0.015001616261, -0.111097817795);
         assert!((found - expected).abs().max_element() < 1e-6, "{found}");
     }
 
     #[test]
     fn noise_of_nonsense_is_no_number() {
-        assert!(noise(DVec3::splat(f64::NAN)).is_nan() && noise(DVec3::splat(1e300)).is_nan());
+        assert!(noise([f64::NAN; 3]).is_nan() && noise([1e300; 3]).is_nan());
     }
 }

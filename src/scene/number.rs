@@ -25,6 +25,13 @@ pub trait Number:
     fn abs(self) -> Self;
     /// `yes` where `self < other`, `no` elsewhere and where either is NaN.
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
+    /// Without its fraction.
+    fn whole(self) -> Self;
+    /// `f` point by point, for what comes to several numbers, as many as fours have: a look-up in a table.
+    fn rows<const N: usize, const M: usize>(
+        arguments: [Self; N],
+        f: impl Fn([f64; N], &mut [f64; M]),
+    ) -> [Self; M];
     /// `f` point by point: for what has no form of its own.
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self;
 
@@ -46,6 +53,11 @@ pub trait Number:
     /// Not below `-limit` nor above `limit`; NaN stays.
     fn within(self, limit: Self) -> Self {
         self.larger(-limit).smaller(limit)
+    }
+
+    /// Not below 0 nor above 1; NaN stays.
+    fn unit(self) -> Self {
+        self.larger(Self::lit(0.0)).smaller(Self::lit(1.0))
     }
 
     /// Its second power.
@@ -76,6 +88,17 @@ impl Number for f64 {
     }
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self {
         if self < other { yes } else { no }
+    }
+    fn whole(self) -> Self {
+        self.trunc()
+    }
+    fn rows<const N: usize, const M: usize>(
+        arguments: [Self; N],
+        f: impl Fn([f64; N], &mut [f64; M]),
+    ) -> [Self; M] {
+        let mut row = [0.0; M];
+        f(arguments, &mut row);
+        row
     }
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
         f(arguments)

@@ -17,7 +17,7 @@ pub struct OtherShape {
 
 /// Which shape.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum OtherKind {
     /// Sixteen points of a surface of third degree each way.
     BicubicPatch {
@@ -72,7 +72,7 @@ pub struct BlobPart {
 
 /// What an `isosurface` says.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct Isosurface {
     pub function: function::Callee,
     /// A box or a sphere.
@@ -88,7 +88,7 @@ pub struct Isosurface {
 
 /// What a `parametric` says.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct Parametric {
     pub functions: [function::Callee; 3],
     /// Lowest and highest `[u, v]`.
@@ -103,7 +103,7 @@ pub struct Parametric {
 
 /// What a `julia_fractal` says.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct JuliaFractal {
     pub parameter: [f64; 4],
     pub hypercomplex: bool,
@@ -119,7 +119,7 @@ pub struct JuliaFractal {
 
 /// How a curve goes through its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum Curve {
     Linear,
     Quadratic,

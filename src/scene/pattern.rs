@@ -1,7 +1,8 @@
 //! Patterns: a number at every point of space (manual section 3.4.7.1; formulas as measured on POV-Ray 3.7).
 
 use super::function::{Function, Surroundings};
-use super::noise::{self, Octaves};
+use super::noise::{self, Generator, Octaves};
+use super::number::Number;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -59,34 +60,68 @@ pub enum Pattern {
 
 impl Pattern {
     /// The number at a point, before frequency, phase and wave. NaN or infinite only where the point is.
-    pub fn value(&self, p: DVec3) -> f64 {
+    pub fn value<T: Number>(&self, p: [T; 3], generator: Generator) -> T {
+        let [x, y, z] = p;
+        match self {
+            Self::Agate(strength, octaves) => {
+                let layers = noise::turbulence(p, octaves, generator) * (1.3 * strength) + z * 1.1;
+                layers.map(|v| ((cycle(v) + 1.0) / 2.0).clamp(0.0, 1.0).powf(0.77))
+            }
+            Self::Bozo => generator.noise(p),
+            Self::Dents => generator.noise(p).cubed(),
+            Self::Granite => {
+                sum(6, |scale| generator.grain(p.map(|v| v * (4.0 * scale))).abs().smaller(T::lit(0.5)))
+            }
+            Self::Marble(strength, octaves) => match *strength {
+                0.0 => x,
+                strength => x + noise::turbulence(p, octaves, generator) * strength,
+            },
+            Self::Spiral1(arms, strength, octaves) => {
+                let order = T::each(p, |[x, y, z]| {
+                    let r = x.hypot(y);
+                    let tilt = if r > 0.0 { (y / r).asin() } else { 0.0 };
+                    let angle = if x < 0.0 { 1.5 * PI - tilt } else { 0.5 * PI + tilt };
+                    z + r + arms * angle / TAU
+                });
+                match *strength {
+                    0.0 => order,
+                    strength => order + noise::turbulence(p, octaves, generator) * strength,
+                }
+            }
+            Self::Wood(amount, octaves) => {
+                if *amount == DVec3::ZERO {
+                    return T::each([x, y], |[x, y]| x.hypot(y));
+                }
+                let [shift_x, shift_y, _] = noise::turbulence_vector(p, octaves);
+                let moved = |v: f64, shift: f64, amount: f64| v + cycle((v + shift) * amount);
+                T::each([x, y, shift_x, shift_y], |[x, y, shift_x, shift_y]| {
+                    moved(x, shift_x, amount.x).hypot(moved(y, shift_y, amount.y))
+                })
+            }
+            Self::Wrinkles => {
+                let fold = |scale: f64| generator.octave(p.map(|v| v * scale)).unit();
+                sum(10, fold) * 0.5
+            }
+            Self::Turbulent { pattern, amount, octaves } => {
+                let shift = noise::turbulence_vector(p, octaves);
+                pattern.value(std::array::from_fn(|axis| p[axis] + shift[axis] * amount[axis]), generator)
+            }
+            plain => T::each(p, |p| plain.at(p.into())),
+        }
+    }
+
+    /// The same of patterns without noise.
+    fn at(&self, p: DVec3) -> f64 {
         let DVec3 { x, y, z } = p;
         match self {
             Self::Gradient(direction) => wrapped(p.dot(*direction)),
-            Self::Agate(strength, octaves) => {
-                let layers = cycle(1.3 * strength * noise::turbulence(p, octaves) + 1.1 * z);
-                ((layers + 1.0) / 2.0).clamp(0.0, 1.0).powf(0.77)
-            }
             Self::Boxed => 1.0 - p.abs().max_element().min(1.0),
-            Self::Bozo => noise::noise(p),
             Self::Cylindrical => 1.0 - x.hypot(z).min(1.0),
-            Self::Dents => noise::noise(p).powi(3),
             Self::Function(function) => {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&[x, y, z], &mut around).unwrap_or(0.0))
             }
-            Self::Granite => {
-                let grain = |i: i32| {
-                    let scale = f64::from(1 << i);
-                    (1.0 - 2.0 * noise::noise(4.0 * scale * p)).abs().min(0.5) / scale
-                };
-                (0..6).map(grain).sum()
-            }
             Self::Leopard => ((x.sin() + y.sin() + z.sin()) / 3.0).powi(2),
-            Self::Marble(strength, octaves) => match *strength {
-                0.0 => x,
-                strength => x + strength * noise::turbulence(p, octaves),
-            },
             Self::Onion => p.length() % 1.0,
             Self::Planar => 1.0 - y.abs().min(1.0),
             Self::Radial => {
@@ -95,34 +130,7 @@ impl Pattern {
                 0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
             }
             Self::Spherical => (1.0 - p.length()).max(0.0),
-            Self::Spiral1(arms, strength, octaves) => {
-                let r = x.hypot(y);
-                let tilt = if r > 0.0 { (y / r).asin() } else { 0.0 };
-                let angle = if x < 0.0 { 1.5 * PI - tilt } else { 0.5 * PI + tilt };
-                let order = z + r + arms * angle / TAU;
-                match *strength {
-                    0.0 => order,
-                    strength => order + strength * noise::turbulence(p, octaves),
-                }
-            }
-            Self::Wood(amount, octaves) => {
-                if *amount == DVec3::ZERO {
-                    return x.hypot(y);
-                }
-                let shift = noise::turbulence_vector(p, octaves);
-                let moved = |v: f64, shift: f64, amount: f64| v + cycle((v + shift) * amount);
-                moved(x, shift.x, amount.x).hypot(moved(y, shift.y, amount.y))
-            }
-            Self::Wrinkles => {
-                let fold = |i: i32| {
-                    let scale = f64::from(1 << i);
-                    (2.0 * noise::noise(scale * p) - 0.5).clamp(0.0, 1.0) / scale
-                };
-                (0..10).map(fold).sum::<f64>() / 2.0
-            }
-            Self::Turbulent { pattern, amount, octaves } => {
-                pattern.value(p + noise::turbulence_vector(p, octaves) * *amount)
-            }
+            noisy => noisy.value(p.to_array(), Generator::default()),
         }
     }
 
@@ -156,6 +164,12 @@ impl Pattern {
             pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
         }
     }
+}
+
+/// Noises of ever finer grain and as much less weight: each half of the one before.
+fn sum<T: Number>(count: i32, noise: impl Fn(f64) -> T) -> T {
+    let scales = (1..count).map(|i| f64::from(1 << i));
+    scales.fold(noise(1.0), |sum, scale| sum + noise(scale) * (1.0 / scale))
 }
 
 /// What lies above 1 wrapped to 0..1, and only that: the fold behind the frequency takes care of the rest.

@@ -61,7 +61,7 @@ pub enum AnyPattern {
 
 /// Patterns that are read but not rendered.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum OtherPattern {
     /// The angle between ray and surface.
     Aoi,
@@ -130,7 +130,7 @@ pub struct Fractal {
 
 /// A change of the points at which a pattern is asked.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum Warp {
     /// The transforms that were said between two warps.
     Transform(Box<Transform>),
@@ -156,7 +156,7 @@ pub enum Warp {
 
 /// What a plane pattern is wrapped about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub enum WrapKind {
     Cylinder,
     Sphere,

@@ -1,5 +1,6 @@
 //! Colour over space: solid, in blocks, or along a map.
 
+use super::noise::Generator;
 use super::{Color, Pattern, Patterned, Placement};
 use glam::DVec3;
 use std::sync::Arc;
@@ -38,6 +39,25 @@ pub struct Blocks {
     pub pattern: BlockPattern,
     /// One colour for each of [`BlockPattern::color_count`].
     pub colors: Vec<Color>,
+    /// How the number of a block is shaped, as any pattern's is, before its colour is looked up; between two numbers lie mixed
+    /// colours.
+    pub wave: Wave,
+    /// 0 unless it is said (measured in POV-Ray 3.7): then the number is only laid on the wave.
+    pub frequency: f64,
+    /// Counts where the frequency is not 0.
+    pub phase: f64,
+}
+
+impl Blocks {
+    /// Blocks that show their colours as they are.
+    pub fn new(pattern: BlockPattern, colors: Vec<Color>) -> Self {
+        Self { pattern, colors, wave: Wave::Ramp, frequency: 0.0, phase: 0.0 }
+    }
+
+    /// From the number of a block to its colour.
+    pub fn map(&self) -> ColorMap {
+        ColorMap { entries: (0u32..).map(f64::from).zip(self.colors.iter().copied()).collect() }
+    }
 }
 
 /// A number per point, looked up in a map.
@@ -51,6 +71,8 @@ pub struct Mapped {
     pub frequency: f64,
     /// and this is added (default 0).
     pub phase: f64,
+    /// Of what noise; the scene's if it says none.
+    pub generator: Option<Generator>,
     /// Number to colour.
     pub map: ColorMap,
 }

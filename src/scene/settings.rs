@@ -2,7 +2,7 @@
 
 /// Light that surfaces send each other. POV-Ray 3.7's defaults.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct Radiosity {
     pub adc_bailout: f64,
     pub always_sample: bool,
@@ -32,7 +32,7 @@ pub struct Radiosity {
 
 /// Light that is sent out from lamps and kept where it falls.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct Photons {
     /// About how many.
     pub count: f64,
@@ -55,7 +55,7 @@ pub struct Photons {
 
 /// What an object or a light says of photons: `photons { ... }`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names are the manual's")]
 pub struct PhotonUse {
     pub target: Option<f64>,
     pub refraction: Option<bool>,

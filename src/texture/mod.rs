@@ -6,9 +6,11 @@
 mod function;
 mod pattern;
 mod program;
+mod ramp;
 mod table;
 
 pub use function::values as function_values;
 pub use pattern::PatternProgram;
 pub use program::{Colors, Highlights, LayerProgram, PigmentProgram, Program};
+use ramp::Ramp;
 pub use table::{TextureBuilder, TextureRow, TextureTable};

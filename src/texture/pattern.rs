@@ -1,9 +1,10 @@
 //! Patterned pigments in lanes (manual section 3.4.7; block patterns as measured on POV-Ray 3.7).
 
-use super::{Colors, function};
-use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
+use super::{Colors, Ramp, function};
+use crate::lane::{Lane, Mask, Vec3, f32x8, f64x8};
+use crate::scene::noise::Generator;
 use crate::scene::pattern::FUNCTION_STEPS;
-use crate::scene::{BlockPattern, Blocks, Color, ColorMap, Mapped, Pattern, PigmentKind, Transform, Wave};
+use crate::scene::{BlockPattern, Blocks, Color, Mapped, Pattern, PigmentKind, Transform, Wave};
 use glam::{DMat3, DVec3};
 
 /// POV-Ray's nudge before a block pattern's floor, in pattern space: points on a cell's border that rounding put
@@ -23,21 +24,31 @@ pub struct PatternProgram {
 
 #[derive(Debug, Clone)]
 enum PatternKind {
-    Blocks(Blocks),
-    Mapped(Mapped),
+    /// And the colour of each block.
+    Blocks(BlockPattern, Vec<Color>),
+    Mapped {
+        pattern: Pattern,
+        wave: Wave,
+        frequency: f64,
+        phase: f64,
+        generator: Generator,
+        ramp: Ramp,
+    },
 }
 
 impl PatternProgram {
-    /// `kind` with its pattern space at `place` in the world; points come relative to `origin`.
-    pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3) -> Self {
-        let one_color = |color: Color| {
-            PatternKind::Blocks(Blocks { pattern: BlockPattern::Checker, colors: vec![color; 2] })
-        };
+    /// `kind` with its pattern space at `place` in the world, in a scene with that generator of noise; points come relative to `origin`.
+    pub fn new(kind: &PigmentKind, place: &Transform, origin: DVec3, generator: Generator) -> Self {
+        let one_color = |color: Color| PatternKind::Blocks(BlockPattern::Checker, vec![color; 2]);
         let kind = match kind {
             PigmentKind::Solid(color) => one_color(*color),
             PigmentKind::Other { stand_in, .. } => one_color(**stand_in),
-            PigmentKind::Blocks(blocks) => PatternKind::Blocks(Blocks::clone(blocks)),
-            PigmentKind::Mapped(mapped) => PatternKind::Mapped(Mapped::clone(mapped)),
+            PigmentKind::Blocks(blocks) => PatternKind::Blocks(blocks.pattern, shown(blocks)),
+            PigmentKind::Mapped(mapped) => {
+                let Mapped { pattern, wave, frequency, phase, generator: own, map } = Mapped::clone(mapped);
+                let (generator, ramp) = (own.unwrap_or(generator), Ramp::new(&map));
+                PatternKind::Mapped { pattern, wave, frequency, phase, generator, ramp }
+            }
         };
         Self { matrix: place.inverse.matrix3, offset: place.inverse.transform_point3(origin), kind }
     }
@@ -59,7 +70,7 @@ impl PatternProgram {
         // Cells end where POV-Ray's nudge of 1e-10 says, and faces of boxes love to lie there: double precision always.
         let wide = || self.to_pattern(point.cast::<f64x8>());
         match &self.kind {
-            PatternKind::Blocks(Blocks { pattern, colors }) => match pattern {
+            PatternKind::Blocks(pattern, colors) => match pattern {
                 BlockPattern::Checker => {
                     let odd = checker_is_odd(wide()).cast();
                     pick(odd, &colors[1], Colors::splat(&colors[0]))
@@ -73,20 +84,33 @@ impl PatternProgram {
                     pick(third.cast(), &colors[2], pick(second.cast(), &colors[1], Colors::splat(&colors[0])))
                 }
             },
-            PatternKind::Mapped(Mapped { pattern, wave, frequency, phase, map }) => {
+            PatternKind::Mapped { pattern, wave, frequency, phase, generator, ramp } => {
                 let p = self.to_pattern(point);
                 let value = match pattern {
                     Pattern::Gradient(direction) => gradient(p, *direction),
                     Pattern::Function(function) => {
                         L::from_f64s(wrapped(function::values(function, p.cast(), FUNCTION_STEPS)))
                     }
-                    // Lane by lane: noise looks up tables at every corner of a cell.
-                    other => L::from_fn(|k| L::Scalar::from_f64(other.value(p.lane(k)))),
+                    other => {
+                        let Vec3 { x, y, z } = p.cast::<f64x8>();
+                        L::from_f64s(other.value([x, y, z], *generator))
+                    }
                 };
-                look_up(map, shape(value, *wave, *frequency, *phase))
+                ramp.look_up(shape(value, *wave, *frequency, *phase))
             }
         }
     }
+}
+
+/// The colours of blocks, looked up by their numbers once for all points.
+fn shown(blocks: &Blocks) -> Vec<Color> {
+    let Blocks { wave, frequency, phase, .. } = *blocks;
+    if (wave, frequency) == (Wave::Ramp, 0.0) {
+        return blocks.colors.clone();
+    }
+    let ramp = Ramp::new(&blocks.map());
+    let number = |block: usize| shape(f64x8::splat(block as f64), wave, frequency, phase);
+    (0..blocks.colors.len()).map(|block| ramp.look_up(number(block)).lane(0)).collect()
 }
 
 fn pick(mask: Mask<f32x8>, yes: &Color, no: Colors) -> Colors {
@@ -189,46 +213,4 @@ fn shape<L: Lane>(value: L, wave: Wave, frequency: f64, phase: f64) -> L {
 /// A sine of period 1.
 fn cycle<L: Lane>(v: L) -> L {
     ((v - v.trunc()) * L::lit(std::f64::consts::TAU)).sin_cos().0
-}
-
-/// Entries are looked up by the first place not below the value; before the first and from the last on they hold on, also where
-/// places do not rise: from the last entry's on it is that one. What is no number has the first entry's colour.
-fn look_up<L: Lane>(map: &ColorMap, value: L) -> Colors {
-    let Some((end, last)) = map.entries.last() else {
-        return Colors::splat(&Color::default());
-    };
-    // Below or above all places, where the last entry or NaN decides.
-    let before = value.lt(L::lit(*end)).select(value, L::lit(f64::NEG_INFINITY));
-    let value = value.ge(L::lit(*end)).select(L::lit(f64::INFINITY), before);
-    let mut colors = Colors::splat(last);
-    // From the end, so that the first entry at or above the value has the last word.
-    for k in (0..map.entries.len()).rev() {
-        let (place, color) = &map.entries[k];
-        let below = value.le(L::lit(*place)).cast();
-        if k == 0 {
-            colors = pick(below, color, colors);
-            continue;
-        }
-        let (before, from) = &map.entries[k - 1];
-        let width = *place - *before;
-        let share = if width > 0.0 { (value - L::lit(*before)) / L::lit(width) } else { L::lit(1.0) };
-        let exact = value.equal(L::lit(*place));
-        let share: f32x8 = exact.select(L::lit(1.0), share).cast();
-        let mix = |a: f64, b: f64| f32x8::lit(a) + f32x8::lit(b - a) * share;
-        let between = Colors {
-            rgb: Vec3::new(
-                mix(from.rgb.x, color.rgb.x),
-                mix(from.rgb.y, color.rgb.y),
-                mix(from.rgb.z, color.rgb.z),
-            ),
-            filter: mix(from.filter, color.filter),
-            transmit: mix(from.transmit, color.transmit),
-        };
-        colors = Colors {
-            rgb: Vec3::select(below, between.rgb, colors.rgb),
-            filter: below.select(between.filter, colors.filter),
-            transmit: below.select(between.transmit, colors.transmit),
-        };
-    }
-    colors
 }

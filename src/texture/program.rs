@@ -86,6 +86,12 @@ impl Colors {
         }
     }
 
+    /// The colour in a lane.
+    pub fn lane(&self, lane: usize) -> Color {
+        let of = |lanes: f32x8| f64::from(lanes.lanes()[lane]);
+        Color { rgb: self.rgb.lane(lane), filter: of(self.filter), transmit: of(self.transmit) }
+    }
+
     /// What the surface's own light is multiplied by.
     #[inline(always)]
     pub fn opacity(&self, rule: Opacity) -> f32x8 {

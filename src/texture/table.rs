@@ -1,7 +1,8 @@
 //! All textures of a scene, the like ones folded together.
 
 use super::{Highlights, LayerProgram, PatternProgram, PigmentProgram, Program};
-use crate::scene::{Color, Finish, Opacity, PigmentKind, Texture, Transform};
+use crate::scene::noise::Generator;
+use crate::scene::{Color, Finish, Globals, Opacity, PigmentKind, Texture, Transform};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
@@ -40,12 +41,14 @@ pub struct TextureBuilder {
     origin: DVec3,
     /// The scene's.
     opacity: Opacity,
+    generator: Generator,
 }
 
 impl TextureBuilder {
-    /// For points relative to `origin`, and colours that hide by the rule `opacity`.
-    pub fn new(origin: DVec3, opacity: Opacity) -> Self {
-        Self { origin, opacity, ..Self::default() }
+    /// For points relative to `origin`, in a scene of these settings.
+    pub fn new(origin: DVec3, globals: &Globals) -> Self {
+        let (opacity, generator) = (globals.opacity, globals.noise_generator);
+        Self { origin, opacity, generator, ..Self::default() }
     }
 
     /// The number of `texture`, carried by an object whose parent space leads to the world by `world_from_parent`.
@@ -108,6 +111,7 @@ impl TextureBuilder {
                             &layer.pigment.kind,
                             &place,
                             self.origin,
+                            self.generator,
                         )))
                     }
                 },

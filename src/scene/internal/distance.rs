@@ -2,7 +2,6 @@
 
 use super::noise;
 use super::number::{Number, length};
-use glam::DVec3;
 
 /// How fast the density of an orbital falls off; POV-Ray has no more digits of 4/3 (measured).
 const ORBITAL_RATE: f64 = 1.33333332;
@@ -102,7 +101,7 @@ pub fn value<T: Number>(number: u16, point: [T; 3], p: &[T]) -> Option<T> {
             (out * out + y * y).sqrt() - get(1)?
         }
         // f_noise3d
-        76 => T::each(point, |p| noise::noise(DVec3::from(p))),
+        76 => noise::noise(point),
         _ => return None,
     })
 }

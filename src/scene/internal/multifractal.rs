@@ -31,8 +31,8 @@ pub fn value<T: Number>(number: u16, [x, y, z]: [T; 3], p: &[T]) -> Option<T> {
 /// Noise of a generator: 0 and 1 are the original one, others that of the full range. (Perlin's, 3, is not modelled.)
 fn generated(generator: f64, point: DVec3) -> f64 {
     match generator as i64 & 3 {
-        0 | 1 => noise::original_noise(point),
-        _ => noise::noise(point),
+        0 | 1 => noise::original_noise(point.to_array()),
+        _ => noise::noise(point.to_array()),
     }
 }
 
