@@ -40,7 +40,7 @@ fn options() -> Options {
 
 fn frames(c: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/show");
-    for name in ["chess", "city", "drink", "knot", "rings", "spheres"] {
+    for name in ["chess", "city", "clockwork", "drink", "knot", "rings", "spheres"] {
         let evaluation = load(&folder.join(name).with_extension("scn"), &options());
         assert!(!evaluation.has_errors(), "{name}: {:?}", evaluation.diagnostics);
         trace(c, "frame", name, &evaluation.scene);

@@ -1,4 +1,4 @@
-//! The curves between light and the codes of picture files (povray_model: sRGB as in IEC 61966-2-1).
+//! The curves between light and the codes of picture files (sRGB: IEC 61966-2-1).
 //!
 //! Numbers in, numbers out: it knows neither films nor files.
 

@@ -3,8 +3,8 @@
 use crate::kernel::*;
 use crate::lane::Scalar;
 
-/// Declares the kinds once: field, variant, block, cost of a test in box tests (measured ratios, see the README of
-/// the kernel benches), name in statistics.
+/// Declares the kinds once: field, variant, block, cost of a test in box tests (ratios measured by `benches/kernels.rs`), what
+/// it is.
 macro_rules! kinds {
     ($($field:ident, $variant:ident, $block:ident, $cost:expr, $name:expr;)*) => {
         /// A kind of primitive with columns of its own.
@@ -17,11 +17,6 @@ macro_rules! kinds {
         impl Kind {
             /// All of them, in the order of their numbers.
             pub const ALL: &'static [Kind] = &[$(Kind::$variant),*];
-
-            /// What statistics call it.
-            pub fn name(self) -> &'static str {
-                match self { $(Kind::$variant => $name),* }
-            }
 
             /// True if one ray can be tested against several rows at a time.
             pub fn tests_across(self) -> bool {

@@ -1,6 +1,6 @@
 //! Films to picture files and back.
 //!
-//! In come a [`Film`] and an [`Encoding`], out go the bytes of a file, and the reverse. Knows formats and curves; knows
+//! In come a [`Film`](crate::film::Film) and an [`Encoding`], out go the bytes of a file, and the reverse. Knows formats and curves; knows
 //! nothing of scenes or of how a film was made.
 
 mod codes;

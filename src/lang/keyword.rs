@@ -4,7 +4,7 @@ macro_rules! keywords {
     ($($variant:ident $text:literal)*) => {
         /// A word that means something to POV-Ray 3.7, whether octray models it or not.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        #[allow(missing_docs)]
+        #[allow(missing_docs, reason = "a variant is the word")]
         pub enum Keyword { $($variant,)* }
 
         impl Keyword {

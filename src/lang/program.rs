@@ -57,7 +57,7 @@ pub enum Token {
 
 /// Brackets, operators, separators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "a variant is the word or sign")]
 pub enum Mark {
     OpenBrace,
     CloseBrace,
@@ -87,7 +87,7 @@ pub enum Mark {
 
 /// Directives, with the meaning of their jumps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "a variant is the word or sign")]
 pub enum Directive {
     /// Jumps to the matching `#elseif`, `#else` or `#end`, as do the next three.
     If,

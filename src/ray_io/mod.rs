@@ -43,7 +43,7 @@ pub enum RayFileError {
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The file's body after its name and two counts, and the counts; `rows_of` says how many bytes the body has.
+    /// The file's body after its name and two counts, and the counts; `body` says how many bytes the body has, by the counts.
     fn open(
         bytes: &'a [u8],
         magic: &[u8; 8],
