@@ -665,7 +665,7 @@ impl<S: Scalar> Pass<S> {
         if bounds.is_finite() || bounds.min.cmpgt(bounds.max).any() {
             return bounds;
         }
-        let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).filter(|side| side.at.is_finite()).collect();
+        let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).collect();
         let mut quadrics = Vec::new();
         self.half_spaces(nodes, &mut half_spaces, &mut quadrics);
         for row in quadrics {

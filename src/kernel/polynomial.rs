@@ -166,7 +166,7 @@ impl<S: Scalar> Polynomials<S> {
             let normal = normal / length;
             HalfSpace { normal, at: own.at / length + normal.dot(center) }
         };
-        HalfSpace::of_box(bounds).filter(|side| side.at.is_finite()).map(placed).collect()
+        HalfSpace::of_box(bounds).map(placed).collect()
     }
 
     fn own_rays(&self, i: usize, rays: &Rays<S::Lane>) -> Rays<f64x8> {

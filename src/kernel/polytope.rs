@@ -31,19 +31,16 @@ const MOST_PLANES: usize = 128;
 impl HalfSpace {
     /// The six that a box is made of; fewer where it has no end.
     pub fn of_box(bounds: Aabb) -> impl Iterator<Item = Self> {
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-        axes.flat_map(move |axis| {
-            [
-                Self { normal: axis, at: bounds.max.dot(axis) },
-                Self { normal: -axis, at: -bounds.min.dot(axis) },
-            ]
-        })
+        let sides = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate().flat_map(move |(k, axis)| {
+            [Self { normal: axis, at: bounds.max[k] }, Self { normal: -axis, at: -bounds.min[k] }]
+        });
+        sides.filter(|side| side.at.is_finite())
     }
 }
 
 /// Around what lies in all of `half_spaces`: [`Aabb::INFINITE`] if that has no end, or none that is near.
 pub fn bounds_of(half_spaces: &[HalfSpace]) -> Aabb {
-    let planes = || half_spaces.iter().take(MOST_PLANES).filter(|plane| plane.at.is_finite());
+    let planes = || half_spaces.iter().take(MOST_PLANES);
     // The point with the least squares of distances from all planes is as good a middle as any.
     let (mut normals, mut feet) = (DMat3::ZERO, DVec3::ZERO);
     for &HalfSpace { normal, at } in planes() {
@@ -253,6 +250,16 @@ mod tests {
             (bounds.min - DVec3::splat(-2.0)).abs().max((bounds.max - DVec3::new(2.0, 0.0, 2.0)).abs());
         assert!(apart.max_element() < 1e-6, "{bounds:?}");
         assert_eq!(bounds_of(&[]), Aabb::INFINITE);
+    }
+
+    #[test]
+    fn a_box_without_some_ends_has_the_other_sides() {
+        let tube = Aabb {
+            min: DVec3::new(-1.0, f64::NEG_INFINITY, -2.0),
+            max: DVec3::new(1.0, f64::INFINITY, f64::INFINITY),
+        };
+        let sides: Vec<_> = HalfSpace::of_box(tube).map(|side| (side.normal, side.at)).collect();
+        assert_eq!(sides, [(DVec3::X, 1.0), (DVec3::NEG_X, 1.0), (DVec3::NEG_Z, 2.0)]);
     }
 
     #[test]
