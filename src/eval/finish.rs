@@ -178,6 +178,7 @@ impl Machine<'_> {
             return Ok(());
         }
         let open = self.open("reflection")?;
+        let mut said_fresnel = false;
         let first = self.rgb()?;
         let comma = self.accept(Mark::Comma)?;
         let second = if comma
@@ -195,6 +196,7 @@ impl Machine<'_> {
                 K::Fresnel => {
                     self.next()?;
                     reflection.fresnel = self.switch_value()?;
+                    said_fresnel = reflection.fresnel;
                 }
                 K::Falloff => {
                     self.next()?;
@@ -214,8 +216,9 @@ impl Machine<'_> {
         self.close("reflection", open)?;
         (reflection.min, reflection.max) = match second {
             Some(second) => (first, second),
-            // One value under Fresnel's law is the most that is reflected, else it is all there is.
-            None if reflection.fresnel => (Rgb::ZERO, first),
+            // One value under Fresnel's law is the most that is reflected, else it is all there is; also where that law was said before
+            // and still holds (measured in POV-Ray 3.7).
+            None if said_fresnel => (Rgb::ZERO, first),
             None => (first, first),
         };
         Ok(())

@@ -2,6 +2,7 @@
 
 use super::geometry::stand_in;
 use super::machine::{Lexeme, Machine, Res};
+use super::shape::are_on_one_side;
 use super::value::{Absent, Facts, Lacks, ObjectValue, Value, With};
 use crate::lang::{Keyword, Token};
 use crate::scene::{CsgOp, Interior, Light, Object, OtherKind, Shape, Texture, Transform};
@@ -138,11 +139,11 @@ impl Machine<'_> {
         if let Some(transform) = self.transform_item(word)? {
             self.charge_move(&value.facts)?;
             value.transform(&transform);
-            if word == K::Scale
+            if matches!(word, K::Scale | K::Matrix | K::Transform)
                 && value.facts.smooth_triangles
                 && let Some(object) = &mut value.object
             {
-                self.rescale_normals(object, &Transform::IDENTITY)?;
+                self.check_normals(object, &Transform::IDENTITY, word == K::Scale)?;
             }
             return Ok(true);
         }
@@ -356,10 +357,10 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// POV-Ray makes the placed normals of a `smooth_triangle` unit vectors again at a `scale`, but not at a `matrix` or
-    /// `transform`, nor those of a mesh (measured). Done here by lengthening them before they are placed. `outer` leads from
-    /// the parent's space to where the scale was said.
-    fn rescale_normals(&mut self, object: &mut Arc<Object>, outer: &Transform) -> Res<()> {
+    /// Where a `smooth_triangle` is placed POV-Ray looks whether its normals are still on one side of it, and at a `scale` makes them unit
+    /// vectors again; neither of a mesh (measured). Done here by lengthening them before they are placed. `outer` leads from the parent's
+    /// space to where the transform was said.
+    fn check_normals(&mut self, object: &mut Arc<Object>, outer: &Transform, scaled: bool) -> Res<()> {
         let shared = match &object.shape {
             Shape::Triangle { normals: Some(_), .. } | Shape::Csg { .. } => Arc::get_mut(object).is_none(),
             _ => return Ok(()),
@@ -371,17 +372,22 @@ impl Machine<'_> {
         let object = Arc::make_mut(object);
         let place = object.transform.then(outer);
         match &mut object.shape {
-            Shape::Triangle { normals: Some(normals), .. } => {
-                for n in normals.iter_mut() {
+            Shape::Triangle { vertices, normals: Some(normals) } => {
+                for n in normals.iter_mut().filter(|_| scaled) {
                     let length = place.normal(*n).length();
                     if length > 0.0 && length.is_finite() {
                         *n /= length;
                     }
                 }
+                let (placed, normals) = (vertices.map(|v| place.point(v)), normals.map(|n| place.normal(n)));
+                if !are_on_one_side(&placed, &normals) {
+                    // Such a triangle is not there; one without area is never hit.
+                    **vertices = [vertices[0]; 3];
+                }
             }
             Shape::Csg { children, .. } => {
                 for child in children {
-                    self.rescale_normals(child, &place)?;
+                    self.check_normals(child, &place, scaled)?;
                 }
             }
             _ => {}

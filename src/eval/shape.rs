@@ -278,7 +278,7 @@ fn out_of_plane(outlines: &[Vec<DVec3>]) -> f64 {
 
 /// True if all normals look away from the same side of a triangle, and none along it or nowhere: POV-Ray leaves out a smooth
 /// triangle that stands alone, not in a mesh, if they do not.
-fn are_on_one_side(p: &[DVec3; 3], normals: &[DVec3; 3]) -> bool {
+pub(super) fn are_on_one_side(p: &[DVec3; 3], normals: &[DVec3; 3]) -> bool {
     let face = (p[1] - p[0]).cross(p[2] - p[0]);
     let sides = normals.map(|normal| normal.dot(face));
     sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0)
