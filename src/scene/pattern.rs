@@ -106,31 +106,22 @@ impl Pattern {
                 let shift = noise::turbulence_vector(p, octaves);
                 pattern.value(std::array::from_fn(|axis| p[axis] + shift[axis] * amount[axis]), generator)
             }
-            plain => T::each(p, |p| plain.at(p.into())),
-        }
-    }
-
-    /// The same of patterns without noise.
-    fn at(&self, p: DVec3) -> f64 {
-        let DVec3 { x, y, z } = p;
-        match self {
-            Self::Gradient(direction) => wrapped(p.dot(*direction)),
-            Self::Boxed => 1.0 - p.abs().max_element().min(1.0),
-            Self::Cylindrical => 1.0 - x.hypot(z).min(1.0),
-            Self::Function(function) => {
+            Self::Gradient(direction) => T::each(p, |p| wrapped(DVec3::from(p).dot(*direction))),
+            Self::Boxed => T::each(p, |p| 1.0 - DVec3::from(p).abs().max_element().min(1.0)),
+            Self::Cylindrical => T::each([x, z], |[x, z]| 1.0 - x.hypot(z).min(1.0)),
+            Self::Function(function) => T::each(p, |p| {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
-                wrapped(function.value(&[x, y, z], &mut around).unwrap_or(0.0))
-            }
-            Self::Leopard => ((x.sin() + y.sin() + z.sin()) / 3.0).powi(2),
-            Self::Onion => p.length() % 1.0,
-            Self::Planar => 1.0 - y.abs().min(1.0),
-            Self::Radial => {
+                wrapped(function.value(&p, &mut around).unwrap_or(0.0))
+            }),
+            Self::Leopard => T::each(p, |[x, y, z]| ((x.sin() + y.sin() + z.sin()) / 3.0).powi(2)),
+            Self::Onion => T::each(p, |p| DVec3::from(p).length() % 1.0),
+            Self::Planar => y.map(|y| 1.0 - y.abs().min(1.0)),
+            Self::Radial => T::each([x, z], |[x, z]| {
                 // On the axis there is no angle.
                 let on_axis = x.abs() < 0.001 && z.abs() < 0.001;
                 0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
-            }
-            Self::Spherical => (1.0 - p.length()).max(0.0),
-            noisy => noisy.value(p.to_array(), Generator::default()),
+            }),
+            Self::Spherical => T::each(p, |p| (1.0 - DVec3::from(p).length()).max(0.0)),
         }
     }
 
