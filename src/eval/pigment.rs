@@ -309,11 +309,7 @@ impl Draft {
             }
             PigmentKind::Mapped(mapped) => {
                 let Mapped { pattern, wave, frequency, phase, generator, map } = &**mapped;
-                said.noise_generator = match generator {
-                    None => 0,
-                    Some(Generator::Original) => 1,
-                    Some(Generator::Corrected) => 2,
-                };
+                said.noise_generator = generator.map_or(0, Generator::number);
                 let (pattern, turbulence, octaves) = pattern.in_order();
                 said.pattern = AnyPattern::Number(pattern);
                 (said.turbulence, said.octaves) = (turbulence, octaves);
@@ -343,9 +339,7 @@ fn rendered(said: &Patterned<Pigment>) -> Option<PigmentKind> {
     }
     let generator = match said.noise_generator {
         0 => None,
-        1 => Some(Generator::Original),
-        2 => Some(Generator::Corrected),
-        _ => return None,
+        number => Some(Generator::numbered(number)?),
     };
     match &said.pattern {
         AnyPattern::Blocks(pattern) => {

@@ -68,11 +68,10 @@ impl Machine<'_> {
             }
             K::NoiseGenerator => {
                 self.next()?;
-                let number = self.integer("`noise_generator`", 1, 3)?;
-                let generator = if number == 1 { Generator::Original } else { Generator::Corrected };
-                self.scene.globals.noise_generator = generator;
+                let generator = Generator::numbered(self.integer("`noise_generator`", 1, 3)? as u8);
+                self.scene.globals.noise_generator = generator.unwrap_or_default();
                 self.generator_set = true;
-                if number == 3 {
+                if generator.is_none() {
                     let lacks = self.lack("noise_generator", at);
                     self.miss(&lacks);
                 }

@@ -90,6 +90,23 @@ pub enum Generator {
 }
 
 impl Generator {
+    /// The one that scenes call by this number; `None` for those that are not modelled.
+    pub fn numbered(number: u8) -> Option<Self> {
+        match number {
+            1 => Some(Self::Original),
+            2 => Some(Self::Corrected),
+            _ => None,
+        }
+    }
+
+    /// Its number.
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Original => 1,
+            Self::Corrected => 2,
+        }
+    }
+
     /// Noise in 0..1.
     pub fn noise<T: Number>(self, p: [T; 3]) -> T {
         match self {
@@ -122,7 +139,7 @@ pub fn noise<T: Number>(p: [T; 3]) -> T {
 }
 
 /// Noise of generator 1, that of POV-Ray before 3.5.
-pub fn original_noise<T: Number>(p: [T; 3]) -> T {
+fn original_noise<T: Number>(p: [T; 3]) -> T {
     let [sum] = lattice::<T, 1, 32>(p);
     (sum + 0.5).unit()
 }

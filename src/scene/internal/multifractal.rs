@@ -1,7 +1,7 @@
 //! Terrains of noise whose roughness depends on their height (Musgrave, in Ebert et al., Texturing and Modeling, ch. 16),
 //! computed point by point.
 
-use super::{Number, noise};
+use super::{Number, noise::Generator};
 use glam::DVec3;
 
 /// More octaves than that are left out, so that none hangs; beyond it the noise is finer than any number tells apart.
@@ -30,10 +30,11 @@ pub fn value<T: Number>(number: u16, [x, y, z]: [T; 3], p: &[T]) -> Option<T> {
 
 /// Noise of a generator: 0 and 1 are the original one, others that of the full range. (Perlin's, 3, is not modelled.)
 fn generated(generator: f64, point: DVec3) -> f64 {
-    match generator as i64 & 3 {
-        0 | 1 => noise::original_noise(point.to_array()),
-        _ => noise::noise(point.to_array()),
-    }
+    let generator = match generator as i64 & 3 {
+        0 | 1 => Generator::Original,
+        _ => Generator::Corrected,
+    };
+    generator.noise(point.to_array())
 }
 
 type Noise<'a> = &'a dyn Fn(DVec3) -> f64;
