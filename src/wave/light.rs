@@ -11,6 +11,8 @@ pub struct LightProgram {
     location: DVec3,
     color: DVec3,
     kind: LightKind,
+    /// Of a spotlight's radius and falloff.
+    cosines: [f64; 2],
     /// Unit vector from the light to where it looks.
     axis: DVec3,
     point_at: DVec3,
@@ -48,10 +50,15 @@ impl LightProgram {
 
     /// `light` for points relative to `origin`.
     pub fn new(light: &Light, origin: DVec3) -> Self {
+        let cosines = match light.kind {
+            LightKind::Spot { radius, falloff, .. } => [radius, falloff].map(f64::cos),
+            LightKind::Point | LightKind::Cylinder { .. } => [0.0; 2],
+        };
         Self {
             location: light.location - origin,
             color: light.color,
             kind: light.kind,
+            cosines,
             axis: (light.point_at - light.location).normalize_or_zero(),
             point_at: light.point_at - origin,
             parallel: light.parallel || matches!(light.kind, LightKind::Cylinder { .. }),
@@ -115,22 +122,23 @@ impl LightProgram {
         let one = L::lit(1.0);
         let mut strength = match self.kind {
             LightKind::Point => one,
-            LightKind::Spot { radius, falloff, tightness } => {
+            LightKind::Spot { tightness, .. } => {
+                let [inner, outer] = self.cosines;
                 // Behind a parallel spotlight the light does not look this way, though its rays would.
                 let q = dir.dot(Vec3::splat(self.axis));
                 let q = distance.gt(L::zero()).select(-q, q);
                 let mut lit = q.gt(L::zero());
-                if radius.cos() > 0.0 {
-                    lit &= q.ge(L::lit(radius.cos().min(falloff.cos())));
+                if inner > 0.0 {
+                    lit &= q.ge(L::lit(inner.min(outer)));
                 }
                 // Most of a scene lies beside most spots.
                 if lit.none() {
                     return L::zero();
                 }
                 let mut s = q.max(L::zero()).pow_const(tightness);
-                if radius.cos() > 0.0 {
-                    let rim = smooth_step(falloff.cos(), radius.cos(), q);
-                    s = q.lt(L::lit(radius.cos())).select(s * rim, s);
+                if inner > 0.0 {
+                    let rim = smooth_step(outer, inner, q);
+                    s = q.lt(L::lit(inner)).select(s * rim, s);
                 }
                 lit.keep(s)
             }
