@@ -662,7 +662,7 @@ impl<S: Scalar> Pass<S> {
 
     /// `bounds`, or, if these have no end, what planes and quadrics among `nodes` leave of them: all of what is bounded lies in each of these.
     fn between_planes(&self, nodes: &[u32], bounds: Aabb) -> Aabb {
-        if bounds.is_finite() || bounds.min.cmpgt(bounds.max).any() {
+        if bounds.is_finite() || bounds.is_empty() {
             return bounds;
         }
         let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).collect();

@@ -44,7 +44,7 @@ impl<S: Scalar> Primitives<S> {
             reach = Reach::of(&flat);
         }
         let Reach { whole, giants } = reach;
-        let Gathered { items, loose, together } = gather(&flat, whole);
+        let (items, loose, together) = gather(&flat, whole);
         Self { origin, flat, whole, items, loose, together, giants }
     }
 
@@ -128,14 +128,8 @@ fn middle(scene: &Scene, whole: Aabb) -> DVec3 {
     if center.length() > (whole.max - whole.min).length() { center } else { DVec3::ZERO }
 }
 
-/// What [`Primitives`] keep by these names.
-struct Gathered {
-    items: Items,
-    loose: Vec<Vec<u32>>,
-    together: bool,
-}
-
-fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
+/// What [`Primitives`] keep as `items`, `loose` and `together`.
+fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool) {
     let Flat { columns, csg, plain, composites, .. } = flat;
     let rows = Kind::ALL.iter().map(|&kind| columns.len(kind)).sum::<usize>();
     let mut items = Items::within(whole, rows + composites.len());
@@ -148,7 +142,7 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
         costs[usize::from(kind.tests_across())] += (items.len() - before) as f64 * f64::from(kind.cost());
     }
     for (number, (tag, composite)) in composites.iter().zip(&csg.composites).enumerate() {
-        if composite.bounds.min.cmpgt(composite.bounds.max).any() {
+        if composite.bounds.is_empty() {
             continue; // Its parts nowhere meet.
         }
         let bounds = bounds_in(whole, composite.bounds);
@@ -161,7 +155,7 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> Gathered {
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
-    Gathered { items, loose, together: costs[0] > costs[1] }
+    (items, loose, costs[0] > costs[1])
 }
 
 /// What a row more costs where rows are tested four at a time, as a share of a test by itself. (Packets take them row by row, and

@@ -48,6 +48,11 @@ impl Aabb {
         self.min.abs().max(self.max.abs()).max_element()
     }
 
+    /// True if it holds nothing.
+    pub fn is_empty(&self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
     /// True if every side is finite and none is reversed.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all()
