@@ -1,7 +1,7 @@
 //! How exactly a scene is computed: what is asked for, and what is taken where that is too coarse for the scene.
 
 use crate::bvh::Preset;
-use crate::compile::{Compiled, Primitives};
+use crate::compile::{Compiled, Instancing, Primitives};
 use crate::scene::Scene;
 use serde::Serialize;
 
@@ -29,14 +29,14 @@ pub(crate) enum Prepared {
 impl Prepared {
     /// In the precision that is asked for, or in the next one where that is too coarse for the sizes in the scene: a ground of a
     /// planet's size for surfaces in single precision, a thousand far stars for boxes.
-    pub fn new(scene: &Scene, asked: Precision, preset: Preset) -> Self {
+    pub fn new(scene: &Scene, asked: Precision, preset: Preset, instancing: Instancing) -> Self {
         if asked == Precision::Fast {
-            let primitives = Primitives::<f32>::of(scene);
+            let primitives = Primitives::<f32>::with(scene, instancing);
             if !primitives.have_giants() && !primitives.are_too_fine_for::<f32>() {
                 return Self::Fast(primitives.compile(scene, preset));
             }
         }
-        let primitives = Primitives::<f64>::of(scene);
+        let primitives = Primitives::<f64>::with(scene, instancing);
         if asked == Precision::Strict || primitives.are_too_fine_for::<f32>() {
             Self::Strict(primitives.compile(scene, preset))
         } else {

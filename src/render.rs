@@ -3,6 +3,7 @@
 //! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
 //! neither text nor files.
 
+pub use crate::compile::{Instancing, kept_shapes};
 pub use crate::film::RayCounts;
 use crate::film::{Film, Picture, Pixel};
 pub use crate::precision::Precision;
@@ -50,6 +51,8 @@ pub struct RenderOptions {
     pub occupancy: bool,
     /// How the packet engine cuts up its work.
     pub schedule: Schedule,
+    /// Which meshes the packet engine keeps once for all places where they stand.
+    pub instancing: Instancing,
 }
 
 impl Default for RenderOptions {
@@ -63,6 +66,7 @@ impl Default for RenderOptions {
             engine: Engine::default(),
             occupancy: false,
             schedule: Schedule::default(),
+            instancing: Instancing::default(),
         }
     }
 }
@@ -187,7 +191,7 @@ fn trace(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStat
 /// The packet engine.
 fn trace_packets(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
     let begin = Instant::now();
-    let prepared = Prepared::new(scene, options.precision, Default::default());
+    let prepared = Prepared::new(scene, options.precision, Default::default(), options.instancing);
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let size = (options.width, options.height);

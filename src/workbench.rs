@@ -4,7 +4,7 @@
 //! written to columns, which is what a picture's waves do too.
 
 use crate::bvh::{Occupancy, Preset, Traversal};
-use crate::compile::Compiled;
+use crate::compile::{Compiled, Instancing};
 use crate::lane::Scalar;
 use crate::precision::{Precision, Prepared, in_its_precision};
 use crate::ray_set::{RayHits, RayQuery, RaySet};
@@ -54,9 +54,10 @@ impl Workbench {
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        let prepared = pool.install(|| Prepared::new(scene, precision, preset));
+        let prepared = pool.install(|| Prepared::new(scene, precision, preset, Instancing::default()));
         let (build_s, build_cpu_s) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        let (bytes, sah) = in_its_precision!(&prepared, scene => (scene.bytes(), scene.bvh.sah()));
+        let (bytes, sah) =
+            in_its_precision!(&prepared, scene => (scene.geometry.bytes(), scene.geometry.bvh.sah()));
         Ok(Self { prepared, pool, build_s, build_cpu_s, bytes, sah })
     }
 
@@ -80,7 +81,7 @@ impl Workbench {
     /// How many lanes work in the tests of `rays`; takes one thread as long as a repetition, and some more.
     pub fn occupancy(&self, rays: &RaySet, traversal: Traversal) -> Occupancy {
         let stream = RayStream::new(rays);
-        in_its_precision!(&self.prepared, scene => stream_occupancy(scene, &stream, traversal))
+        in_its_precision!(&self.prepared, scene => stream_occupancy(&scene.geometry, &stream, traversal))
     }
 
     /// Traces `rays` `repeat` times, at least once.
@@ -101,11 +102,11 @@ fn measure<S: Scalar, B: Scalar>(
     let mut measured = Measured::default();
     for _ in 0..repeat.max(1) {
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        trace_stream(scene, &stream, traversal, &mut hits);
+        trace_stream(&scene.geometry, &stream, traversal, &mut hits);
         measured.cpu_s.push(cpu.elapsed().as_secs_f64());
         measured.wall_s.push(wall.elapsed().as_secs_f64());
     }
-    measured.hits = hits.develop(scene, rays, &stream);
+    measured.hits = hits.develop(&scene.geometry, rays, &stream);
     measured
 }
 
@@ -144,8 +145,7 @@ impl CameraRays {
                 lines.push((origin, dir));
             }
         }
-        let (found, bounds) =
-            in_its_precision!(&bench.prepared, scene => (nearest_hits(scene, &lines), scene.bvh.bounds));
+        let (found, bounds) = in_its_precision!(&bench.prepared, scene => (nearest_hits(scene, &lines), scene.geometry.bvh.bounds));
         let extent = (bounds.max - bounds.min).max_element().max(0.0);
         let hit = |(row, hit): (usize, Option<FirstHit>)| {
             let hit = hit?;

@@ -149,6 +149,7 @@ mod scenes_too_large {
         check("sphere { 0, 1 pigment { rgbt 1 } interior { ior 1.5 } }", twice);
         check("difference { sphere { 0, 1 } box { 0, 1 } cutaway_textures }", twice);
         check("smooth_triangle { 0, x + y, x, y, z, y }", twice);
+        check("mesh { triangle { 0, x, y } }", twice);
         check("sphere { 0, 1 }", "#declare A = sphere { 0, 1 clipped_by { object { A } object { A } } }");
         check(
             "sphere { 0, 1 }",
@@ -164,6 +165,23 @@ mod scenes_too_large {
             let (code, message) =
                 told(&octray(folder.path(), &format!("render ball.scn -W 8 -H 6 --max-shapes {limit}")));
             assert_eq!(code, expected, "{message}");
+        }
+    }
+
+    /// A mesh of 2,000 triangles in a hundred places is kept once, unless rays go through it.
+    #[test]
+    fn a_mesh_counts_once_however_often_it_is_placed() {
+        let folder = folder();
+        let mesh = "#declare M = mesh { #declare I = 0; #while (I < 2000) \
+            triangle { <I, 0, 0>, <I + 1, 0, 0>, <I, 1, 0> } #declare I = I + 1; #end }";
+        let places =
+            "#declare I = 0; #while (I < 100) object { M translate I*z LOOK } #declare I = I + 1; #end";
+        for (look, limit, expected) in [("", 2100, 0), ("", 2099, 1), ("pigment { rgbt 0.5 }", 150_000, 1)] {
+            let text = format!("#version 3.7;\n{mesh}\n{}", places.replace("LOOK", look));
+            fs::write(folder.path().join("mesh.scn"), text).unwrap();
+            let render = format!("render mesh.scn -W 8 -H 6 --max-shapes {limit}");
+            let (code, message) = told(&octray(folder.path(), &render));
+            assert_eq!(code, expected, "{look} {limit}: {message}");
         }
     }
 }

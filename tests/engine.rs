@@ -16,7 +16,7 @@ const HEIGHT: usize = 36;
 
 fn feature_scenes() -> Vec<PathBuf> {
     let scenes = scenes_in("feature");
-    assert!(scenes.len() >= 114);
+    assert!(scenes.len() >= 119);
     scenes
 }
 
@@ -336,9 +336,9 @@ fn few_giants_stand_beside_the_tree() {
     for (giants, reach) in [(0, 41.0), (1, 41.0), (16, 41.0), (17, 1.1e7)] {
         let scene = eval::from_text("text", &(sky(giants) + &beads), &eval::Options::default()).scene;
         let compiled = Compiled::<f64, f32>::new(&scene);
-        let bounds = compiled.bvh.bounds;
+        let bounds = compiled.geometry.bvh.bounds;
         assert!(bounds.max.max_element() < reach && bounds.max.x > 39.0, "{giants}: {bounds:?}");
-        assert_eq!(compiled.owner.len(), giants + 40);
+        assert_eq!(compiled.geometry.owner.len(), giants + 40);
         let found = wave::nearest_hits(&compiled, &[ray]);
         assert!(found[0].is_some_and(|found| (found.t - 4.9).abs() < 1e-12), "{giants}: {found:?}");
     }

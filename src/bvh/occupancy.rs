@@ -10,6 +10,8 @@ pub trait Count: Default {
     fn boxes(&mut self, lanes: u32);
     /// A test of primitives with so many lanes at work.
     fn leaf(&mut self, lanes: u32);
+    /// All tests of another walk.
+    fn add(&mut self, other: Self);
 }
 
 /// Nothing is counted.
@@ -18,6 +20,8 @@ impl Count for () {
     fn boxes(&mut self, _lanes: u32) {}
     #[inline(always)]
     fn leaf(&mut self, _lanes: u32) {}
+    #[inline(always)]
+    fn add(&mut self, _other: Self) {}
 }
 
 /// Tests of eight lanes.
@@ -58,6 +62,10 @@ impl Count for Occupancy {
 
     fn leaf(&mut self, lanes: u32) {
         self.leaf.count(lanes);
+    }
+
+    fn add(&mut self, other: Self) {
+        *self += other;
     }
 }
 

@@ -1,7 +1,9 @@
 //! `octray check`: reads scenes and tells what is wrong with them, and what of them octray does not render.
 
 use super::Failure;
-use super::scene::{MessageFormat, SceneArgs, many, options, over_limit, plural, print_messages, shapes};
+use super::scene::{
+    MessageFormat, SceneArgs, is_over_limit, many, options, over_limit, plural, print_messages, shapes,
+};
 use super::streams::to_stdout;
 use cpu_time::ProcessTime;
 use octray::eval::{Effect, Evaluation, Missing};
@@ -56,7 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.times {
             report += &format!("  read and evaluated in {read_s:.6} s of processor time\n");
         }
-        if sum > args.scene.max_shapes {
+        if is_over_limit(&found.scene, sum, args.scene.max_shapes) {
             report += &format!("  refused: {} ({})\n", many(sum), over_limit(args.scene.max_shapes));
         }
         found.missing.iter().for_each(|missing| report += &told(missing, &found));

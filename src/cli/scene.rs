@@ -4,7 +4,7 @@ use super::Failure;
 use super::number::number;
 use octray::eval::{self, Evaluation, Stream};
 use octray::lang::{Keyword, Severity};
-use octray::render::shape_counts;
+use octray::render::{kept_shapes, shape_counts};
 use octray::scene::Scene;
 use std::collections::BTreeMap;
 use std::io::{BufWriter, IsTerminal, Write};
@@ -29,7 +29,7 @@ pub struct SceneArgs {
     #[arg(long = "allow-write", value_name = "DIR")]
     pub write_paths: Vec<PathBuf>,
     /// Render no scene of more shapes than this: each takes 300 to 700 bytes while it is rendered. A script of a few lines
-    /// can ask for more than any memory holds
+    /// can ask for more than any memory holds. (A mesh that is placed many times counts once)
     #[arg(long, value_name = "N", default_value_t = 20_000_000)]
     pub max_shapes: u64,
     /// Stop a script after so many evaluated tokens: a hundred million take some seconds
@@ -76,7 +76,7 @@ pub fn load_with_files(
         return Err(Failure::Scene);
     }
     let shapes = shapes(&shape_counts(&found.scene));
-    if shapes > args.max_shapes {
+    if is_over_limit(&found.scene, shapes, args.max_shapes) {
         let name = path.display();
         return Err(Failure::Large(format!("{name} has {}; {}", many(shapes), over_limit(args.max_shapes))));
     }
@@ -95,6 +95,11 @@ pub fn many(shapes: u64) -> String {
         1 => "1 shape".into(),
         _ => format!("{shapes} shapes"),
     }
+}
+
+/// True if a scene of so many shapes is more than `limit` when it is rendered: meshes that it shares are few.
+pub fn is_over_limit(scene: &Scene, shapes: u64, limit: u64) -> bool {
+    shapes > limit && kept_shapes(scene, limit) > limit
 }
 
 /// What to do about too many shapes.

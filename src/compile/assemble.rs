@@ -1,41 +1,27 @@
-//! From primitives to a compiled scene: the tree over what has bounds, rows in the order of its leaves, and a number for
+//! From primitives to what rays meet: the tree over what has bounds, rows in the order of its leaves, and a number for
 //! every surface.
 
-use super::{COMPOSITE, Columns, Compiled, Flat, Kind, PART, Primitives};
+use super::instances::Instances;
+use super::primitives::Gathered;
+use super::{COMPOSITE, Columns, Flat, Geometry, INSTANCE, Kind, PART};
 use crate::bvh::{Items, Preset, Run, build};
-use crate::kernel::Aabb;
+use crate::kernel::{Aabb, Ranks};
 use crate::lane::Scalar;
 use crate::parallel;
-use crate::scene::Scene;
 
 /// Builds the tree, puts rows in leaf order and numbers the surfaces.
-pub(super) fn assemble<S: Scalar, B: Scalar>(
-    primitives: Primitives<S>,
-    scene: &Scene,
-    preset: Preset,
-) -> Compiled<S, B> {
-    let Primitives { origin, flat, whole, mut items, loose, together, .. } = primitives;
+pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Preset) -> Geometry<S, B> {
+    let Gathered { origin, flat, whole, mut items, loose, together, .. } = gathered;
     cut_long(&flat.columns, &mut items, preset, whole);
     let mut rows: Vec<usize> = Kind::ALL.iter().map(|&kind| flat.columns.len(kind)).collect();
     rows.push(flat.csg.composites.len());
+    rows.push(flat.placed.len());
     let (mut bvh, mut order) = build::<B>(items, &rows, preset);
     bvh.together = together;
     let unbounded = place_loose(&flat, &loose, &mut order);
     let classes = unbounded.iter().fold(bvh.classes, |classes, run| classes | run.class);
 
-    let Flat {
-        mut columns,
-        parts,
-        mut csg,
-        plain,
-        part_tags,
-        bodies,
-        mesh_bodies,
-        owners,
-        textures,
-        interiors,
-        ..
-    } = flat;
+    let Flat { mut columns, parts, mut csg, plain, part_tags, meshes, placed, .. } = flat;
     let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &kind in Kind::ALL {
         base.push(owner.len() as u32);
@@ -50,6 +36,12 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     owner.extend(part_tags.iter().map(|tag| tag.owner));
     rank.extend(part_tags.iter().map(|tag| tag.rank));
     kinds.extend(csg.parts.iter().map(|part| part.kind | PART));
+    let meshes = meshes.iter().map(|mesh| assemble(Gathered::of_mesh(mesh), preset)).collect();
+    let in_order = &order[usize::from(INSTANCE)];
+    let instances = Instances::new(meshes, &placed, in_order, owner.len() as u32);
+    let stretches = instances.rows.iter().zip(in_order);
+    let stretches =
+        stretches.map(|(instance, &number)| (instance.first, placed[number as usize].tag.rank)).collect();
     let order = &order[usize::from(COMPOSITE)];
     let mut place = vec![u32::MAX; csg.composites.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -60,7 +52,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
     }
     csg.composites = order.iter().map(|&number| csg.composites[number as usize].clone()).collect();
 
-    Compiled {
+    Geometry {
         origin,
         columns,
         base,
@@ -69,30 +61,24 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(
         first_part,
         kinds,
         owner,
-        rank,
-        bodies,
-        mesh_bodies,
-        owners,
-        textures,
-        fades: interiors.iter().any(|interior| interior.fade_distance != 0.0),
-        interiors,
+        ranks: Ranks::new(rank, stretches),
+        instances,
         unbounded,
         bvh,
         classes,
-        lights: scene.lights.clone(),
-        camera: scene.camera.clone(),
-        globals: scene.globals.clone(),
-        background: scene.background,
     }
 }
 
 /// Puts the rows without bounds behind the others in `order`: the runs they make.
 fn place_loose<S: Scalar>(flat: &Flat<S>, loose: &[Vec<u32>], order: &mut [Vec<u32>]) -> Vec<Run> {
-    let Flat { plain, composites, .. } = flat;
+    let Flat { plain, composites, placed, .. } = flat;
     let mut unbounded = Vec::new();
     for (kind, rows) in loose.iter().enumerate() {
-        let tags = plain.get(kind).unwrap_or(composites);
-        let class = |row: u32| tags[row as usize].class;
+        let class = |row: u32| match kind as u8 {
+            INSTANCE => placed[row as usize].tag.class,
+            COMPOSITE => composites[row as usize].class,
+            _ => plain[kind][row as usize].class,
+        };
         for run in rows.chunk_by(|&a, &b| class(a) == class(b)) {
             let (first, len) = (order[kind].len() as u32, run.len() as u32);
             unbounded.push(Run { kind: kind as u8, class: class(run[0]), last: true, len, first });

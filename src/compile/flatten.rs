@@ -1,7 +1,8 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
+use super::instances::{Instancing, MeshLooks, PlacedMesh, SharedMeshes, can_be_shared};
 use super::shapes::{push, push_mesh};
-use super::{Body, Columns, Flat, Kind, MeshBody, Owner, Tag, WithBlock, class};
+use super::{Body, Columns, Flat, Kind, MeshBody, Objects, Owner, Tag, WithBlock, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
 use crate::kernel::{Aabb, Block, HalfSpace, Solid, bounds_of};
 use crate::lane::Scalar;
@@ -14,8 +15,9 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Columns, composites and tags of everything in the scene, in its own order; coordinates relative to `origin`.
-pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
+/// Columns, composites and tags of everything in the scene, in its own order; coordinates relative to `origin`. Some meshes that
+/// stand in several places are left whole.
+pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Instancing) -> (Flat<S>, Objects) {
     let mut pass = Pass {
         columns: Columns::default(),
         parts: Columns::default(),
@@ -36,6 +38,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
         nodes: 0,
         to_compiled: Transform::translate(-origin),
         default_texture: Arc::new(Texture::default()),
+        shared: SharedMeshes::of(scene, instancing),
+        placed: Vec::new(),
     };
     for object in &scene.objects {
         let handed = Handed {
@@ -55,19 +59,36 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3) -> Flat<S> {
     }
     let Pass { parts, csg, .. } = &mut pass;
     csg.plan(|part| parts.with(part.kind, SolidOf(part.row as usize)));
-    Flat {
+    let flat = Flat {
         columns: pass.columns,
         parts: pass.parts,
         csg: pass.csg,
         plain: pass.plain,
         composites: pass.composites,
         part_tags: pass.part_tags,
+        meshes: pass.shared.all.into_iter().map(|shared| shared.mesh).collect(),
+        placed: pass.placed,
+    };
+    let objects = Objects {
         bodies: pass.bodies,
         mesh_bodies: pass.mesh_bodies,
         owners: pass.owners,
         textures: pass.textures.finish(),
         interiors: pass.interiors,
+    };
+    (flat, objects)
+}
+
+/// A mesh by itself, in its own space relative to `origin`: owners are its looks, ranks its triangles' numbers, and all rays see it.
+pub(super) fn flatten_mesh<S: Scalar>(mesh: &Mesh, origin: DVec3) -> Flat<S> {
+    let mut flat = Flat { plain: vec![Vec::new(); Kind::ALL.len()], ..Flat::default() };
+    let looks = MeshLooks::of(mesh);
+    let class = class::CAMERA | class::REFLECTED | class::BLOCKS;
+    for (kind, triangles) in push_mesh(&mut flat.columns, mesh, &Transform::translate(-origin), true) {
+        let tag = |k: usize| Tag { owner: looks.of_triangle(triangles[k]), rank: triangles[k], class };
+        parallel::extend(&mut flat.plain[kind as usize], triangles.len(), tag);
     }
+    flat
 }
 
 /// What a node of the scene's tree has from its ancestors.
@@ -107,17 +128,17 @@ enum Within {
 
 /// The tags of a mesh's triangles.
 struct MeshTags {
-    whole: Tag,
-    /// By triangle; nothing if all look as the mesh does.
-    looks: Vec<Tag>,
+    looks: MeshLooks,
+    /// By look.
+    tags: Vec<Tag>,
     first_rank: u32,
 }
 
 impl MeshTags {
     /// Of two triangles at one place the first is seen, so each has a rank of its own.
     fn of(&self, triangle: u32) -> Tag {
-        let look = self.looks.get(triangle as usize).unwrap_or(&self.whole);
-        Tag { rank: self.first_rank + triangle, ..*look }
+        let look = self.looks.of_triangle(triangle);
+        Tag { rank: self.first_rank + triangle, ..self.tags[look as usize] }
     }
 }
 
@@ -276,6 +297,10 @@ struct Pass<S: Scalar> {
     to_compiled: Transform,
     /// POV-Ray's, for faces that nothing gives a look.
     default_texture: Arc<Texture>,
+    /// Meshes that have one tree for all places where they stand,
+    shared: SharedMeshes,
+    /// and these.
+    placed: Vec<PlacedMesh>,
 }
 
 impl<S: Scalar> Pass<S> {
@@ -294,6 +319,7 @@ impl<S: Scalar> Pass<S> {
             }
             Shape::Csg { .. } => self.composite(object, above, &handed),
             _ if !object.clipped_by().is_empty() => self.composite(object, above, &handed),
+            Shape::Mesh(mesh) if self.placed(mesh, &handed) => {}
             Shape::Mesh(mesh) => {
                 let before = self.rank;
                 let tags = self.mesh_tags(mesh, &handed);
@@ -329,7 +355,7 @@ impl<S: Scalar> Pass<S> {
     fn union(&mut self, children: &[Arc<Object>], handed: Handed) {
         let before = self.rank;
         let plain: Vec<usize> = self.plain.iter().map(Vec::len).collect();
-        let (parts, meshes) = (self.part_tags.len(), self.mesh_bodies.len());
+        let (parts, meshes, placed) = (self.part_tags.len(), self.mesh_bodies.len(), self.placed.len());
         let interior = self.interior(&handed);
         let inside = Handed { within: Within::Union, ..handed };
         for child in children {
@@ -339,8 +365,13 @@ impl<S: Scalar> Pass<S> {
             turn_ranks(&mut tags[from..], before, self.rank);
         }
         turn_ranks(&mut self.part_tags[parts..], before, self.rank);
+        let turned = |rank: u32| turned_rank(rank, before, self.rank);
+        for mesh in &mut self.placed[placed..] {
+            // The ranks of a mesh's triangles among each other stay.
+            let last = self.shared.all[mesh.mesh as usize].mesh.triangles.len() as u32 - 1;
+            mesh.tag.rank = turned(mesh.tag.rank + last);
+        }
         for mesh in &mut self.mesh_bodies[meshes..] {
-            let turned = |rank: u32| turned_rank(rank, before, self.rank);
             mesh.ranks = turned(mesh.ranks.end - 1)..turned(mesh.ranks.start) + 1;
         }
         self.bodies.push(Body { ranks: before + 1..self.rank + 1, interior });
@@ -423,32 +454,43 @@ impl<S: Scalar> Pass<S> {
         number
     }
 
-    fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> MeshTags {
+    /// Leaves a mesh whole if it is shared.
+    fn placed(&mut self, mesh: &Arc<Mesh>, handed: &Handed) -> bool {
         let own = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
-        let blocks = mesh.blocks_light(own);
-        let whole = self.tag(handed, blocks);
-        let looks = self.look_tags(mesh, handed, whole, blocks);
-        let first_rank = self.rank;
+        if !can_be_shared(mesh, own) {
+            return false;
+        }
+        let place = handed.place.then(&self.to_compiled);
+        let Some((number, bounds)) = self.shared.place(mesh, &place) else { return false };
+        // (Taken out for as long as textures are added.)
+        let looks = std::mem::take(&mut self.shared.all[number as usize].looks);
+        let tags = self.look_tags(mesh, &looks, handed);
+        self.shared.all[number as usize].looks = looks;
+        let owners = tags.iter().map(|tag| tag.owner).collect();
+        let tag = Tag { rank: self.rank, ..tags[0] };
         self.rank += mesh.triangles.len() as u32;
-        MeshTags { whole, looks, first_rank }
+        self.placed.push(PlacedMesh { mesh: number, place, tag, owners, bounds });
+        true
     }
 
-    /// By triangle, without ranks; nothing if all look as the mesh does.
-    fn look_tags(&mut self, mesh: &Mesh, handed: &Handed, whole: Tag, blocks: bool) -> Vec<Tag> {
-        if mesh.textures.is_empty() {
-            return Vec::new();
-        }
+    fn mesh_tags(&mut self, mesh: &Mesh, handed: &Handed) -> MeshTags {
+        let looks = MeshLooks::of(mesh);
+        let tags = self.look_tags(mesh, &looks, handed);
+        let first_rank = self.rank;
+        self.rank += mesh.triangles.len() as u32;
+        MeshTags { looks, tags, first_rank }
+    }
+
+    /// By look.
+    fn look_tags(&mut self, mesh: &Mesh, looks: &MeshLooks, handed: &Handed) -> Vec<Tag> {
+        let own = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
+        let blocks = mesh.blocks_light(own);
+        let mut tags = vec![self.tag(handed, blocks)];
         let own: Vec<u32> = mesh.textures.iter().map(|t| self.texture(&(t.clone(), handed.place))).collect();
-        let mut tags = FxHashMap::default();
-        mesh.triangles
-            .iter()
-            .map(|triangle| match triangle.textures {
-                None => whole,
-                Some(corners) => *tags
-                    .entry(corners)
-                    .or_insert_with(|| self.tag_with(corners.map(|c| own[c as usize]), handed, blocks)),
-            })
-            .collect()
+        for corners in &looks.textures {
+            tags.push(self.tag_with(corners.map(|c| own[c as usize]), handed, blocks));
+        }
+        tags
     }
 
     /// An object whose surfaces depend on each other.

@@ -1,61 +1,51 @@
 //! From the scene's tree to columns: every primitive in the world's space (or the compiled scene's, see
-//! [`Compiled::origin`]), one block per kind that is present, a tree over all of it, and a table of who owns what.
+//! [`Geometry::origin`]), one block per kind that is present, a tree over all of it, and a table of who owns what.
+//!
+//! Every surface has a number ([`SurfaceId`]): a plain primitive its kind's [base](Geometry::base) and its row, a part of a
+//! composite [`Geometry::first_part`] and its own number, and after all these a triangle of an instance the
+//! [first](Instance::first) of it and its number in the mesh.
 //!
 //! What comes in is a [`Scene`]; what goes out is everything the waves need, and nothing they must decide per ray.
 
 mod assemble;
 mod columns;
 mod flatten;
+mod geometry;
+mod instances;
 mod owner;
 mod primitives;
 mod shapes;
 
 pub use columns::{Columns, Kind, WithBlock};
+pub use geometry::Geometry;
+pub use instances::{Instance, Instances, Instancing, kept_shapes};
 pub use owner::{Owner, class};
 pub use primitives::Primitives;
 
-use crate::bvh::{Bvh, Preset, Run};
+pub use crate::kernel::{NO_SURFACE, SurfaceId};
+
+use crate::bvh::Preset;
 use crate::csg::CsgTree;
 use crate::lane::Scalar;
-use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
+use crate::scene::{Camera, Color, Globals, Interior, Light, Mesh, Scene};
 use crate::texture::TextureTable;
-use glam::DVec3;
+use instances::PlacedMesh;
 use std::ops::Range;
-
-/// The number of a surface: a plain primitive (its kind's base plus its row), or a part of a composite
-/// ([`Compiled::first_part`] plus its number).
-pub type SurfaceId = u32;
-
-/// No surface: the ray started in free space, or hit nothing.
-pub const NO_SURFACE: SurfaceId = u32::MAX;
+use std::sync::Arc;
 
 /// Kind number of composites among the kinds of the tree's runs: one past the last kind with columns.
 pub const COMPOSITE: u8 = Kind::ALL.len() as u8;
+
+/// Kind number of instances of meshes: after composites.
+pub const INSTANCE: u8 = COMPOSITE + 1;
 
 /// Set in the kind of a surface that is part of a composite.
 pub const PART: u8 = 1 << 7;
 
 /// A scene made ready for rays: primitives in precision `S`, boxes in precision `B`.
 pub struct Compiled<S: Scalar, B: Scalar> {
-    /// Subtracted from world coordinates before they become columns: zero in double precision; in single precision
-    /// the middle of the scene, so that a scene far from the world's origin keeps its digits.
-    pub origin: DVec3,
-    /// Primitives that stand by themselves.
-    pub columns: Columns<S>,
-    /// First surface number of each kind.
-    pub base: Vec<SurfaceId>,
-    /// Parts of composites, always in double precision.
-    pub parts: Columns<f64>,
-    /// What the parts make up.
-    pub csg: CsgTree,
-    /// First surface number of a part.
-    pub first_part: SurfaceId,
-    /// By surface number: its kind; of parts with [`PART`] set.
-    pub kinds: Vec<u8>,
-    /// By surface number: index into `owners`.
-    pub owner: Vec<u32>,
-    /// By surface number: place in the order of declaration, for ties.
-    pub rank: Vec<u32>,
+    /// What rays meet.
+    pub geometry: Geometry<S, B>,
     /// Unions that are one object though their parts stand by themselves, in order of declaration.
     pub bodies: Vec<Body>,
     /// Meshes that have an inside and are no parts of composites.
@@ -68,12 +58,6 @@ pub struct Compiled<S: Scalar, B: Scalar> {
     pub interiors: Vec<Interior>,
     /// Light fades in some interior.
     pub fades: bool,
-    /// Without finite bounds: tested before the tree.
-    pub unbounded: Vec<Run>,
-    /// Over everything else.
-    pub bvh: Bvh<B>,
-    /// Union of the classes of all runs.
-    pub classes: u8,
     /// In order of declaration.
     pub lights: Vec<Light>,
     /// The camera, in world space.
@@ -88,31 +72,6 @@ impl<S: Scalar, B: Scalar> Compiled<S, B> {
     /// Compiles `scene`.
     pub fn new(scene: &Scene) -> Self {
         Primitives::of(scene).compile(scene, Preset::default())
-    }
-
-    /// Bytes of the tree, of triangles' and spheres' columns, and of the tables by surface number.
-    pub fn bytes(&self) -> usize {
-        let columns: usize = Kind::ALL.iter().map(|&kind| self.columns.bytes(kind)).sum();
-        let tables =
-            size_of_val(&self.kinds[..]) + size_of_val(&self.owner[..]) + size_of_val(&self.rank[..]);
-        self.bvh.bytes() + columns + tables
-    }
-
-    /// Kind and row of a surface that is no part of a composite.
-    #[inline(always)]
-    pub fn row_of(&self, surface: SurfaceId) -> (u8, u32) {
-        let kind = self.kinds[surface as usize];
-        (kind, surface - self.base[usize::from(kind)])
-    }
-
-    /// True if it has triangles, whose tests want a ray's view.
-    pub fn has_triangles(&self) -> bool {
-        self.columns.len(Kind::Triangle) + self.columns.len(Kind::SmoothTriangle) > 0
-    }
-
-    /// True if any run has a class of `filter`.
-    pub fn has_class(&self, filter: u8) -> bool {
-        self.classes & filter != 0
     }
 }
 
@@ -136,7 +95,8 @@ pub struct MeshBody {
     pub inverse: bool,
 }
 
-/// Everything [`Compiled`] needs from the pass over the scene's tree.
+/// A scene's primitives, in their own order.
+#[derive(Default)]
 struct Flat<S: Scalar> {
     columns: Columns<S>,
     parts: Columns<f64>,
@@ -147,6 +107,14 @@ struct Flat<S: Scalar> {
     composites: Vec<Tag>,
     /// By part.
     part_tags: Vec<Tag>,
+    /// Meshes that stand in several places,
+    meshes: Vec<Arc<Mesh>>,
+    /// and where.
+    placed: Vec<PlacedMesh>,
+}
+
+/// What [`Compiled`] keeps of a scene's objects besides their geometry.
+struct Objects {
     bodies: Vec<Body>,
     mesh_bodies: Vec<MeshBody>,
     owners: Vec<Owner>,

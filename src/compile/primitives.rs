@@ -1,11 +1,13 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
-use super::{COMPOSITE, Compiled, Flat, Kind, Tag, WithBlock, assemble, flatten};
+use super::{
+    COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
+};
 use crate::bvh::{Item, Items, Preset};
 use crate::kernel::{Aabb, Block};
 use crate::lane::Scalar;
 use crate::parallel;
-use crate::scene::Scene;
+use crate::scene::{Mesh, Scene};
 use glam::DVec3;
 
 /// What reaches so many times as far as all others is left out of the tree: a sky of a planet's size around a table. Boxes in single
@@ -16,51 +18,95 @@ const MOST_GIANTS: usize = 16;
 
 /// A scene's primitives in columns of precision `S`, and what of them goes into a tree.
 pub struct Primitives<S: Scalar> {
-    /// Subtracted from world coordinates: see [`Compiled::origin`].
-    pub(super) origin: DVec3,
-    pub(super) flat: Flat<S>,
+    pub(super) gathered: Gathered<S>,
+    pub(super) objects: Objects,
+}
+
+/// Primitives in columns of precision `S`.
+pub(super) struct Gathered<S: Scalar> {
+    /// Subtracted from world coordinates: see [`Geometry::origin`](super::Geometry::origin).
+    pub origin: DVec3,
+    pub flat: Flat<S>,
     /// Around all that goes into the tree.
-    pub(super) whole: Aabb,
+    pub whole: Aabb,
     /// What goes into the tree.
-    pub(super) items: Items,
+    pub items: Items,
     /// By kind: the rows that do not.
-    pub(super) loose: Vec<Vec<u32>>,
+    pub loose: Vec<Vec<u32>>,
     /// Most of what the leaves cost is in tests that one ray takes no less time for than eight.
-    pub(super) together: bool,
+    pub together: bool,
+    /// There are [giants](Primitives::have_giants).
     giants: bool,
 }
 
 impl<S: Scalar> Primitives<S> {
     /// Those of `scene`.
     pub fn of(scene: &Scene) -> Self {
-        let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO));
-        let mut reach = Reach::of(&flat);
-        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && middle(scene, reach.whole) != DVec3::ZERO {
+        Self::with(scene, Instancing::default())
+    }
+
+    /// The same with some meshes shared.
+    pub fn with(scene: &Scene, instancing: Instancing) -> Self {
+        let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO, instancing));
+        let mut reach = Reach::of(&flat.0);
+        let middle = |whole| middle(whole).unwrap_or(scene.camera.location);
+        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && middle(reach.whole) != DVec3::ZERO {
             // Its columns have lost digits: once more, from the middle that double precision finds.
-            let exact = flatten::flatten::<f64>(scene, DVec3::ZERO);
-            origin = middle(scene, Reach::of(&exact).whole);
+            let exact = flatten::flatten::<f64>(scene, DVec3::ZERO, instancing);
+            origin = middle(Reach::of(&exact.0).whole);
             drop(exact);
-            flat = flatten::flatten::<S>(scene, origin);
-            reach = Reach::of(&flat);
+            flat = flatten::flatten::<S>(scene, origin, instancing);
+            reach = Reach::of(&flat.0);
         }
+        let (flat, objects) = flat;
+        Self { gathered: Gathered::of(flat, origin, reach), objects }
+    }
+
+    /// True if a few are so much larger than all others that they stand beside the tree.
+    pub fn have_giants(&self) -> bool {
+        self.gathered.giants
+    }
+
+    /// True if boxes in precision `B` would tell little of where they are: a thousand far stars around a table.
+    pub fn are_too_fine_for<B: Scalar>(&self) -> bool {
+        self.gathered.items.are_too_fine_for::<B>()
+    }
+
+    /// With a tree over them, of those that were made from the same `scene`.
+    pub fn compile<B: Scalar>(self, scene: &Scene, preset: Preset) -> Compiled<S, B> {
+        let Objects { bodies, mesh_bodies, owners, textures, interiors } = self.objects;
+        Compiled {
+            geometry: assemble::assemble(self.gathered, preset),
+            bodies,
+            mesh_bodies,
+            owners,
+            textures,
+            fades: interiors.iter().any(|interior| interior.fade_distance != 0.0),
+            interiors,
+            lights: scene.lights.clone(),
+            camera: scene.camera.clone(),
+            globals: scene.globals.clone(),
+            background: scene.background,
+        }
+    }
+}
+
+impl<S: Scalar> Gathered<S> {
+    fn of(flat: Flat<S>, origin: DVec3, reach: Reach) -> Self {
         let Reach { whole, giants } = reach;
         let (items, loose, together) = gather(&flat, whole);
         Self { origin, flat, whole, items, loose, together, giants }
     }
 
-    /// True if a few are so much larger than all others that they stand beside the tree.
-    pub fn have_giants(&self) -> bool {
-        self.giants
-    }
-
-    /// True if boxes in precision `B` would tell little of where they are: a thousand far stars around a table.
-    pub fn are_too_fine_for<B: Scalar>(&self) -> bool {
-        self.items.are_too_fine_for::<B>()
-    }
-
-    /// With a tree over them, of those that were made from the same `scene`.
-    pub fn compile<B: Scalar>(self, scene: &Scene, preset: Preset) -> Compiled<S, B> {
-        assemble::assemble(self, scene, preset)
+    /// Those of a mesh by itself, in its own space.
+    pub fn of_mesh(mesh: &Mesh) -> Self {
+        let mut origin = DVec3::ZERO;
+        if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF {
+            origin = middle(Aabb::of(mesh.vertices.iter().copied())).unwrap_or_default();
+        }
+        let flat = flatten::flatten_mesh(mesh, origin);
+        let reach = Reach::of(&flat);
+        Self::of(flat, origin, reach)
     }
 }
 
@@ -85,7 +131,8 @@ impl Reach {
 fn within<S: Scalar>(flat: &Flat<S>, farthest: f64) -> (Aabb, usize) {
     let columns = Kind::ALL.iter().map(|&kind| flat.columns.with(kind as u8, Within { farthest }));
     let composites = flat.csg.composites.iter().map(|composite| one_within(composite.bounds, farthest));
-    columns.chain(composites).fold((Aabb::EMPTY, 0), sum)
+    let placed = flat.placed.iter().map(|mesh| one_within(mesh.bounds, farthest));
+    columns.chain(composites).chain(placed).fold((Aabb::EMPTY, 0), sum)
 }
 
 /// [`within`] of one.
@@ -118,22 +165,20 @@ fn bounds_in(whole: Aabb, bounds: Aabb) -> Aabb {
     if bounds.is_finite() && whole.union(bounds) != whole { Aabb::INFINITE } else { bounds }
 }
 
-/// The middle of what is finite in the scene, which `whole` lies around, or zero if that is not far off.
-fn middle(scene: &Scene, whole: Aabb) -> DVec3 {
-    if !whole.is_finite() {
-        return scene.camera.location;
-    }
+/// The middle of what is finite, which `whole` lies around, or zero if that is not far off; `None` if nothing is.
+fn middle(whole: Aabb) -> Option<DVec3> {
     // Around the world's origin nothing is gained, and what was given in single precision would be rounded again.
     let center = whole.center();
-    if center.length() > (whole.max - whole.min).length() { center } else { DVec3::ZERO }
+    let is_far = center.length() > (whole.max - whole.min).length();
+    whole.is_finite().then_some(if is_far { center } else { DVec3::ZERO })
 }
 
-/// What [`Primitives`] keep as `items`, `loose` and `together`.
+/// What [`Gathered`] keeps as `items`, `loose` and `together`.
 fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool) {
-    let Flat { columns, csg, plain, composites, .. } = flat;
+    let Flat { columns, csg, plain, composites, placed, .. } = flat;
     let rows = Kind::ALL.iter().map(|&kind| columns.len(kind)).sum::<usize>();
-    let mut items = Items::within(whole, rows + composites.len());
-    let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(COMPOSITE) + 1];
+    let mut items = Items::within(whole, rows + composites.len() + placed.len());
+    let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(INSTANCE) + 1];
     let mut costs = [0.0; 2]; // Of tests of one row at a time, and of several.
     for &kind in Kind::ALL {
         let (tags, loose) = (&plain[kind as usize], &mut loose[kind as usize]);
@@ -155,8 +200,21 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
+    for (number, mesh) in placed.iter().enumerate() {
+        let bounds = bounds_in(whole, mesh.bounds);
+        if bounds.is_finite() {
+            let (class, index) = (mesh.tag.class, number as u32);
+            items.push(&Item { bounds, kind: INSTANCE, class, index, cost: INSTANCE_COST });
+        } else {
+            loose[usize::from(INSTANCE)].push(number as u32);
+        }
+        costs[0] += f64::from(INSTANCE_COST);
+    }
     (items, loose, costs[0] > costs[1])
 }
+
+/// What it costs to move rays into an instance and through the first nodes of its mesh's tree, in box tests.
+const INSTANCE_COST: f32 = 30.0;
 
 /// What a row more costs where rows are tested four at a time, as a share of a test by itself. (Packets take them row by row, and
 /// yet they, too, do best by leaves that are filled: with 1 meshes' camera and shadow rays lose 5 %, scattered ones 10 %.)

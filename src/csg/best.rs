@@ -1,5 +1,6 @@
 //! The nearest hits so far.
 
+use crate::kernel::{Ranks, SurfaceId};
 use crate::lane::{LANES, Lane, Mask, choose, f64x8};
 
 /// The nearest hits of eight rays so far.
@@ -7,12 +8,12 @@ use crate::lane::{LANES, Lane, Mask, choose, f64x8};
 pub struct Best<'a> {
     /// How far they are.
     pub t: f64x8,
-    /// Which surfaces they are; `u32::MAX` for none.
-    pub surface: [u32; LANES],
+    /// Which surfaces they are, or [`NO_SURFACE`](crate::kernel::NO_SURFACE).
+    pub surface: [SurfaceId; LANES],
     /// Surface number of part 0.
-    pub first_part: u32,
-    /// By surface number: the lower wins where two are equally near.
-    pub rank: &'a [u32],
+    pub first_part: SurfaceId,
+    /// Of all surfaces.
+    pub ranks: &'a Ranks,
 }
 
 impl Best<'_> {
@@ -25,10 +26,7 @@ impl Best<'_> {
         while ties != 0 {
             let lane = ties.trailing_zeros() as usize;
             ties &= ties - 1;
-            let other = self.surface[lane];
-            let first = other != u32::MAX
-                && self.rank[(self.first_part + number) as usize] < self.rank[other as usize];
-            if !first {
+            if !self.ranks.prefer(self.first_part + number, self.surface[lane]) {
                 wanted &= !(1 << lane);
             }
         }

@@ -1,6 +1,6 @@
 //! Axis-parallel boxes around primitives.
 
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 
 /// A box between two corners; empty if `min > max`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +56,12 @@ impl Aabb {
     /// True if every side is finite and none is reversed.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all()
+    }
+
+    /// Its eight corners.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let Self { min, max } = *self;
+        (0..8).map(move |k| DVec3::select(BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0), max, min))
     }
 
     /// Its middle.

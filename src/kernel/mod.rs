@@ -23,6 +23,7 @@ mod polygon;
 mod polynomial;
 mod polytope;
 mod quartic;
+mod ranks;
 mod slab;
 mod solid;
 mod sphere;
@@ -41,12 +42,13 @@ pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
 pub use polytope::{HalfSpace, bounds_of};
+pub use ranks::{NO_SURFACE, Ranks, SurfaceId};
 pub use solid::{OwnSpace, Solid};
 pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles, View};
 
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, bits, equal_lanes};
 use crate::parallel;
 
 /// Eight rays with unit directions.
@@ -156,6 +158,20 @@ pub struct Surfaces<L> {
     pub v: L,
     /// Which smooth part of the primitive was hit: 0 for shapes of one piece, else as the shape's file says.
     pub part: [u8; LANES],
+}
+
+impl<L: Lane> Surfaces<L> {
+    /// Takes the lanes of `mask` from `other`.
+    #[inline(always)]
+    pub fn put(&mut self, other: &Self, mask: Mask<L>) {
+        self.point = Vec3::select(mask, other.point, self.point);
+        self.normal = Vec3::select(mask, other.normal, self.normal);
+        self.u = mask.select(other.u, self.u);
+        self.v = mask.select(other.v, self.v);
+        for k in bits(mask.bits()) {
+            self.part[k] = other.part[k];
+        }
+    }
 }
 
 /// The columns of one kind of primitive, `len` rows, and its kernel.

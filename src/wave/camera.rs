@@ -62,7 +62,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
     let camera = &scene.camera;
     let (u, v) = (Vec3::<f64x8>::splat(camera.right), Vec3::splat(camera.up));
     let l = Vec3::splat(camera.direction);
-    let eye = Vec3::splat(camera.location - scene.origin);
+    let eye = Vec3::splat(camera.location - scene.geometry.origin);
     let mut eye_medium = None;
     for (number, eight) in order.pixels.chunks(LANES).enumerate() {
         let pixel = each_lane(|k| eight[k.min(eight.len() - 1)]);

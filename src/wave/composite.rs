@@ -2,7 +2,7 @@
 
 use super::query::Query;
 use crate::bvh::Run;
-use crate::compile::{Compiled, SurfaceId, WithBlock};
+use crate::compile::{Geometry, SurfaceId, WithBlock};
 use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
@@ -10,7 +10,7 @@ use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 /// Tests a run of composites for rays that care for the classes of `filter`.
 #[inline(always)]
 pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     run: &Run,
     query: &mut Query<S::Lane>,
     (lanes, filter): (u8, u8),
@@ -31,7 +31,7 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
 /// have.)
 #[inline(never)]
 fn one<S: Scalar, B: Scalar, const ANY: bool>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     composite: &Composite,
     query: &mut Query<S::Lane>,
     (lanes, filter): (u8, u8),
@@ -45,7 +45,7 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
         t: query.t.to_f64s(),
         surface: query.surface,
         first_part: scene.first_part,
-        rank: &scene.rank,
+        ranks: &scene.ranks,
     };
     let parts = &composite.parts;
     let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
@@ -64,7 +64,7 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
 /// Crossings of composites' parts.
 pub struct Parts<'a, S: Scalar, B: Scalar> {
     /// Where the parts are.
-    pub scene: &'a Compiled<S, B>,
+    pub scene: &'a Geometry<S, B>,
     /// The surfaces the rays started on.
     pub left: &'a [SurfaceId; LANES],
     /// The parts of them.

@@ -2,7 +2,7 @@
 
 use super::composite::Parts;
 use super::medium::Media;
-use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, WithBlock};
+use crate::compile::{COMPOSITE, Compiled, INSTANCE, Kind, NO_SURFACE, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Aabb, Block, Rays};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
@@ -30,7 +30,7 @@ struct MeshAround {
 }
 
 /// Kind number of meshes among enclosures: `row` counts them.
-const MESH: u8 = COMPOSITE + 1;
+const MESH: u8 = INSTANCE + 1;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Enclosure {
@@ -49,9 +49,9 @@ impl Enclosing {
         if scene.interiors.len() < 2 {
             return Self::default();
         }
-        let eyes = eyes(&scene.camera, scene.origin);
+        let eyes = eyes(&scene.camera, scene.geometry.origin);
         let enclosure = |surface: u32, kind: u8, row: u32, interior: u32| {
-            let rank = scene.rank[surface as usize];
+            let rank = scene.geometry.ranks.of(surface);
             let body = scene.bodies.partition_point(|body| body.ranks.end <= rank);
             let body = scene.bodies.get(body).filter(|body| body.ranks.contains(&rank)).map(|_| body as u32);
             let interior = body.map_or(interior, |body| scene.bodies[body as usize].interior);
@@ -60,26 +60,26 @@ impl Enclosing {
         // POV-Ray asks only objects in whose box the eye is, and the box of a disc is flat.
         let flat = [Kind::Disc, Kind::Triangle, Kind::SmoothTriangle, Kind::Polygon];
         for &kind in Kind::ALL.iter().filter(|kind| !flat.contains(kind)) {
-            for row in 0..scene.columns.len(kind) as u32 {
-                let surface = scene.base[kind as usize] + row;
-                let owner = &scene.owners[scene.owner[surface as usize] as usize];
-                if owner.inverse || scene.columns.bounds(kind, row as usize).meets(&eyes) {
+            for row in 0..scene.geometry.columns.len(kind) as u32 {
+                let surface = scene.geometry.base[kind as usize] + row;
+                let owner = &scene.owners[scene.geometry.owner[surface as usize] as usize];
+                if owner.inverse || scene.geometry.columns.bounds(kind, row as usize).meets(&eyes) {
                     solids.push(enclosure(surface, kind as u8, row, owner.interior));
                 }
             }
         }
-        for (number, composite) in scene.csg.composites.iter().enumerate() {
+        for (number, composite) in scene.geometry.csg.composites.iter().enumerate() {
             if composite.parts.is_empty() {
                 continue;
             }
-            let surface = scene.first_part + composite.parts.start;
+            let surface = scene.geometry.first_part + composite.parts.start;
             solids.push(enclosure(surface, COMPOSITE, number as u32, composite.surroundings.interior));
         }
         let mut meshes = Vec::new();
         for (mesh, triangles) in scene.mesh_bodies.iter().zip(triangles_of_bodies(scene)) {
             let bounds = triangles.iter().map(|&triangle| {
-                let (kind, row) = scene.row_of(triangle);
-                scene.columns.bounds(Kind::ALL[usize::from(kind)], row as usize)
+                let (kind, row) = scene.geometry.row_of(triangle);
+                scene.geometry.columns.bounds(Kind::ALL[usize::from(kind)], row as usize)
             });
             if let Some(&first) = triangles.first()
                 && (mesh.inverse || bounds.fold(Aabb::EMPTY, Aabb::union).meets(&eyes))
@@ -91,7 +91,7 @@ impl Enclosing {
         solids.sort_unstable();
         let mut found = Self { solids, meshes, eye: None };
         if scene.camera.projection == Projection::Perspective && !found.solids.is_empty() {
-            let eye = Vec3::splat(scene.camera.location - scene.origin);
+            let eye = Vec3::splat(scene.camera.location - scene.geometry.origin);
             let [around, ..] = found.around(scene, eye, &mut Scratch::default());
             found.eye = Some(around);
         }
@@ -156,9 +156,9 @@ fn triangles_of_bodies<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Vec<Vec<
     let mut by_rank: Vec<usize> = (0..bodies.len()).collect();
     by_rank.sort_unstable_by_key(|&body| bodies[body].ranks.start);
     for kind in [Kind::Triangle, Kind::SmoothTriangle] {
-        let base = scene.base[kind as usize];
-        for surface in base..base + scene.columns.len(kind) as u32 {
-            let rank = scene.rank[surface as usize];
+        let base = scene.geometry.base[kind as usize];
+        for surface in base..base + scene.geometry.columns.len(kind) as u32 {
+            let rank = scene.geometry.ranks.of(surface);
             let body = by_rank.partition_point(|&body| bodies[body].ranks.end <= rank);
             if let Some(&body) = by_rank.get(body)
                 && bodies[body].ranks.contains(&rank)
@@ -180,13 +180,19 @@ impl Enclosure {
     ) -> u8 {
         let &Self { kind, row, .. } = self;
         if kind == COMPOSITE {
-            let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
-            return scene.csg.surrounds(&scene.csg.composites[row as usize], rays, &source, scratch);
+            let source =
+                Parts { scene: &scene.geometry, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
+            return scene.geometry.csg.surrounds(
+                &scene.geometry.csg.composites[row as usize],
+                rays,
+                &source,
+                scratch,
+            );
         }
         let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
-        let surface = scene.base[usize::from(kind)] + row;
-        let inverse = scene.owners[scene.owner[surface as usize] as usize].inverse;
-        let inside = scene.columns.with(kind, Contains { row: row as usize, rays: &rays });
+        let surface = scene.geometry.base[usize::from(kind)] + row;
+        let inverse = scene.owners[scene.geometry.owner[surface as usize] as usize].inverse;
+        let inside = scene.geometry.columns.with(kind, Contains { row: row as usize, rays: &rays });
         if inverse { !inside } else { inside }
     }
 }
@@ -196,8 +202,8 @@ impl MeshAround {
     fn contains<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, rays: &Rays<f64x8>) -> u8 {
         let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
         self.triangles.iter().fold(if self.inverse { !0 } else { 0 }, |inside, &triangle| {
-            let (kind, row) = scene.row_of(triangle);
-            inside ^ scene.columns.with(kind, MetBehind { row: row as usize, rays: &rays })
+            let (kind, row) = scene.geometry.row_of(triangle);
+            inside ^ scene.geometry.columns.with(kind, MetBehind { row: row as usize, rays: &rays })
         })
     }
 }

@@ -43,7 +43,7 @@ impl<L: Lane> Rest<L> {
 /// What a surface lets through wherever and however rays meet it, if that is all they meet there: one colour, and an interior that
 /// neither gathers nor swallows light.
 fn one_tint<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> Option<Vec3<f32x8>> {
-    let owner = &scene.owners[scene.owner[surface as usize] as usize];
+    let owner = &scene.owners[scene.geometry.owner_of(surface) as usize];
     let interior = &scene.interiors[owner.interior as usize];
     let [texture, b, c] = owner.textures;
     let row = &scene.textures.textures[texture as usize];
@@ -77,7 +77,7 @@ pub fn through_one<S: Scalar, B: Scalar>(
             (lines.origin + lines.dir * t, rest.dim(tint, hits))
         } else {
             (query.t, query.surface) = (t, choose(hits, &[surface; LANES], &[NO_SURFACE; LANES]));
-            let found = resolve(scene, query);
+            let found = resolve(&scene.geometry, query);
             (found.point, cross(scene, query, &found, (hits, t - last), &mut rest, media))
         };
         lanes &= more | !hits;
@@ -86,9 +86,9 @@ pub fn through_one<S: Scalar, B: Scalar>(
         // Within the rounding of where a ray would go on there is nothing new.
         after = met.select(t + start_rounding(&point), after);
     };
-    let (kind, row) = scene.row_of(surface);
+    let (kind, row) = scene.geometry.row_of(surface);
     let left = (on != 0).then_some(&left);
-    scene.columns.with(kind, EachCrossing { row: row as usize, rays: &lines, left, crossed });
+    scene.geometry.columns.with(kind, EachCrossing { row: row as usize, rays: &lines, left, crossed });
     rest.filter
 }
 
@@ -120,7 +120,7 @@ pub fn gather_filters<S: Scalar, B: Scalar>(
     rests.clear();
     rests.extend(group.iter().map(Rest::of));
     loop {
-        tracer.nearest(scene, queries, class::FILTERS);
+        tracer.nearest(&scene.geometry, queries, class::FILTERS);
         let mut some = false;
         for (query, rest) in queries.iter_mut().zip(&mut *rests) {
             let hits = query.hits();
@@ -129,7 +129,7 @@ pub fn gather_filters<S: Scalar, B: Scalar>(
                 continue;
             }
             let met = Mask::from_bits(hits);
-            let found = resolve(scene, query);
+            let found = resolve(&scene.geometry, query);
             let more = cross(scene, query, &found, (hits, query.t), rest, media);
             rest.distance -= met.keep(query.t);
             // On from where the ray is, away from the surface it has met.
@@ -159,7 +159,7 @@ fn cross<S: Scalar, B: Scalar>(
     media: &mut Media,
 ) -> u8 {
     let surfaces = query.met(hits);
-    let owners = each_number(&surfaces, |surface| scene.owner[surface as usize]);
+    let owners = each_number(&surfaces, |surface| scene.geometry.owner_of(surface));
     let cos = found.normal.dot(query.rays.dir).abs();
     let before = rest.medium;
     let (mut waiting, mut more) = (hits, 0);

@@ -1,9 +1,10 @@
 //! Where rays meet surfaces, eight at a time, and which of them are shaded together.
 
+use super::instances::resolve_instances;
 use super::query::Query;
 use super::queue::{Carriers, Lines, put, put3};
 use super::shown::Shown;
-use crate::compile::{Compiled, PART, SurfaceId, WithBlock};
+use crate::compile::{Compiled, Geometry, INSTANCE, PART, SurfaceId, WithBlock};
 use crate::kernel::{Block, Rays, Surfaces};
 use crate::lane::{
     LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, each_number, equal_lanes, f32x8,
@@ -108,15 +109,15 @@ const NO_PLACE: u32 = u32::MAX;
 
 /// Where eight rays meet the surfaces they hit.
 #[inline]
-pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
+pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
     let hits = query.hits();
     if hits == 0 {
         return Surfaces::default();
     }
     // Lanes without a hit repeat one with: nothing that they give is kept.
     let surfaces = query.met(hits);
-    let kinds = each_number(&surfaces, |surface| scene.kinds[surface as usize]);
-    if kinds == [kinds[0]; LANES] {
+    let kinds = each_number(&surfaces, |surface| scene.kind_of(surface));
+    if kinds == [kinds[0]; LANES] && kinds[0] != INSTANCE {
         let rows = rows_of(scene, kinds[0], &surfaces);
         return resolve_kind(scene, query, kinds[0], &rows, Mask::from_bits(hits));
     }
@@ -130,16 +131,14 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
         }
         same &= waiting;
         waiting &= !same;
-        let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
         let mask = Mask::<S::Lane>::from_bits(same);
-        let found = resolve_kind(scene, query, kinds[first], &rows, mask);
-        all.point = Vec3::select(mask, found.point, all.point);
-        all.normal = Vec3::select(mask, found.normal, all.normal);
-        all.u = mask.select(found.u, all.u);
-        all.v = mask.select(found.v, all.v);
-        for k in (0..LANES).filter(|k| same >> k & 1 == 1) {
-            all.part[k] = found.part[k];
-        }
+        let found = if kinds[first] == INSTANCE {
+            resolve_instances(scene, query, same)
+        } else {
+            let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
+            resolve_kind(scene, query, kinds[first], &rows, mask)
+        };
+        all.put(&found, mask);
     }
     all
 }
@@ -147,7 +146,7 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, query: &Query<S::La
 /// Rows of surfaces that are all of one kind.
 #[inline(always)]
 fn rows_of<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     kind: u8,
     surfaces: &[SurfaceId; LANES],
 ) -> [u32; LANES] {
@@ -161,7 +160,7 @@ fn rows_of<S: Scalar, B: Scalar>(
 /// Where rays meet surfaces of one kind.
 #[inline]
 fn resolve_kind<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     query: &Query<S::Lane>,
     kind: u8,
     rows: &[u32; LANES],
@@ -192,9 +191,9 @@ pub fn seen_from_inside<S: Scalar, B: Scalar>(
     let hits = query.hits();
     (0..LANES).filter(|k| hits >> k & 1 == 1).fold(0, |inside, k| {
         let surface = query.surface[k];
-        let inverted = match surface.checked_sub(scene.first_part) {
-            Some(part) => scene.csg.parts[part as usize].inverted,
-            None => scene.owners[scene.owner[surface as usize] as usize].inverse,
+        let inverted = match scene.geometry.part_of(surface) {
+            Some(part) => scene.geometry.csg.parts[part as usize].inverted,
+            None => scene.owners[scene.geometry.owner_of(surface) as usize].inverse,
         };
         inside | u8::from((along >> k & 1 == 1) != inverted) << k
     })
@@ -238,7 +237,7 @@ impl Looks {
         hits: u8,
     ) -> Self {
         let surfaces = query.met(hits);
-        let owner = each_number(&surfaces, |surface| scene.owner[surface as usize]);
+        let owner = each_number(&surfaces, |surface| scene.geometry.owner_of(surface));
         let first = &scene.owners[owner[0] as usize];
         let mut looks = Self {
             owner,
@@ -295,7 +294,7 @@ impl<L: Lane> HitList<L> {
         if lanes == 0 {
             return;
         }
-        let found = resolve(scene, query);
+        let found = resolve(&scene.geometry, query);
         let looks = Looks::of(scene, query, &found, lanes);
         let facing = found.normal.dot(carriers.lines.rays.dir);
         let behind = facing.gt(L::zero());

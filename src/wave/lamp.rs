@@ -79,7 +79,7 @@ impl<L: Lane> Lamp<L> {
                     let mut lines = Lines::default();
                     hit.leave(dir, &mut lines);
                     let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
-                    buffer.ask(scene, &mut query, known);
+                    buffer.ask(&scene.geometry, &mut query, known);
                 }
             }
             Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),

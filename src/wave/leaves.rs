@@ -1,13 +1,16 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
+use super::instances::Placed;
 use super::query::{GROUP, Query};
-use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views};
+use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
+use super::trace::Tracer;
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Compiled, NO_SURFACE, SurfaceId, WithBlock, class};
+use crate::compile::{COMPOSITE, Geometry, INSTANCE, NO_SURFACE, SurfaceId, WithBlock, class};
 use crate::csg::{Scratch, Stretch};
 use crate::kernel::Block;
-use crate::lane::{LANES, Lane, Scalar, bits, choose, equal_lanes};
+use crate::lane::{LANES, Lane, Scalar, bits, choose, each_lane, equal_lanes};
+use smallvec::SmallVec;
 use std::ops::Range;
 
 /// What see-through things are in the way of a packet of shadow rays.
@@ -19,13 +22,22 @@ pub struct Noted {
     pub only: [SurfaceId; LANES],
 }
 
+/// Buffers for what is in leaves.
+#[derive(Default)]
+pub struct LeafBuffers<B: Scalar> {
+    /// For composites.
+    scratch: Scratch,
+    /// For meshes of instances; there if there are any.
+    pub inner: Option<Box<Tracer<B>>>,
+}
+
 /// What happens in the tree's leaves.
 pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
-    scene: &'a Compiled<S, B>,
+    scene: &'a Geometry<S, B>,
     /// By packet.
     pub queries: &'a mut [Query<S::Lane>],
     filter: u8,
-    scratch: &'a mut Scratch,
+    buffers: &'a mut LeafBuffers<B>,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: &'a mut [Option<Stretch>],
     /// By packet, what is see-through in the way of its shadow rays.
@@ -43,6 +55,22 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
         let noted = Self::only_notes(run);
+        if run.kind == INSTANCE {
+            // (Never see-through.)
+            let lanes = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
+            let found = self.instances(run, 0, &lanes);
+            let mut changed = 0;
+            for k in bits(which) {
+                if found[k] != 0 {
+                    packets[k].found(found[k], self.queries[k].t, ANY);
+                    changed |= 1 << k;
+                }
+            }
+            if ANY && changed != 0 {
+                self.blocker = Some(*run);
+            }
+            return changed;
+        }
         if run.kind != COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
@@ -81,7 +109,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     fn single(&mut self, run: &Run, lone: &Lone<S>, state: &Packet<B>, far: B) -> B {
         let (packet, lane) = (lone.packet, lone.lane & (LANES - 1));
         let before = self.queries[packet].t.lanes()[lane];
-        let found = if run.kind == COMPOSITE || Self::only_notes(run) {
+        let found = if run.kind >= COMPOSITE || Self::only_notes(run) {
             None
         } else {
             let (rows, query) = (rows(self.scene, run), &mut self.queries[packet]);
@@ -101,7 +129,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
 
     #[inline(always)]
     fn prefetch(&self, run: &Run) {
-        if run.kind != COMPOSITE {
+        if run.kind < COMPOSITE {
             self.scene.columns.with(run.kind, Prefetch(run.first as usize));
         }
     }
@@ -121,13 +149,13 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// For rays that care for the classes of `filter`.
     #[inline(always)]
     pub fn new(
-        scene: &'a Compiled<S, B>,
+        scene: &'a Geometry<S, B>,
         (queries, views): (&'a mut [Query<S::Lane>], &'a Views<S>),
         filter: u8,
-        (scratch, stretches): (&'a mut Scratch, &'a mut [Option<Stretch>]),
+        (buffers, stretches): (&'a mut LeafBuffers<B>, &'a mut [Option<Stretch>]),
         noted: &'a mut [Noted; GROUP],
     ) -> Self {
-        Self { scene, queries, filter, scratch, stretches, noted, views, blocker: None, count: C::default() }
+        Self { scene, queries, filter, buffers, stretches, noted, views, blocker: None, count: C::default() }
     }
 
     /// Tests a run that has no test of one ray against four rows: the packet's test, with one lane.
@@ -146,7 +174,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Tests a run against all packets.
     #[inline]
     pub fn run_all(&mut self, run: &Run) {
-        if run.kind == COMPOSITE || Self::only_notes(run) {
+        if run.kind >= COMPOSITE || Self::only_notes(run) {
             for k in 0..self.queries.len() {
                 self.run(run, k, !0);
             }
@@ -173,11 +201,43 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// The same for what blocks, and for what is only noted.
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        if run.kind == COMPOSITE {
-            self.composites(run, packet, lanes)
-        } else {
-            self.primitives(run, packet..packet + 1, lanes)
+        match run.kind {
+            COMPOSITE => self.composites(run, packet, lanes),
+            INSTANCE => self.instances(run, packet, &[lanes])[0],
+            _ => self.primitives(run, packet..packet + 1, lanes),
         }
+    }
+
+    /// Tests a run of instances against lanes of packets from `first` on: by packet, those that have found something nearer.
+    #[inline(never)]
+    fn instances(&mut self, run: &Run, first: usize, lanes: &[u8]) -> [u8; GROUP] {
+        let mut found = [0; GROUP];
+        let Some(inner) = &mut self.buffers.inner else { return found };
+        for row in run.first..run.first + run.len {
+            let placed = Placed::of(self.scene, row);
+            let (mut moved, mut lengths) = (SmallVec::<[_; GROUP]>::new(), SmallVec::<[_; GROUP]>::new());
+            for (k, &lanes) in lanes.iter().enumerate() {
+                let waiting = if ANY { lanes & !found[k] } else { lanes };
+                if waiting != 0 {
+                    let (mut rays, length) = placed.rays(&self.queries[first + k], waiting);
+                    if !ANY {
+                        // What is just as near as what is known may be seen in its place: rounding must not hide it.
+                        rays.t = rays.t * S::Lane::lit(1.0 + TIE_ROUNDINGS * S::UNIT_ROUNDOFF);
+                    }
+                    moved.push(rays);
+                    lengths.push((k, length));
+                }
+            }
+            self.count.add(inner.trace_counting::<S, C, ANY>(placed.mesh, &mut moved, !0, (&mut None, None)));
+            for (moved, (k, length)) in moved.iter().zip(lengths) {
+                let hits = moved.hits();
+                if hits != 0 {
+                    let (query, surfaces) = (&mut self.queries[first + k], placed.surfaces(&moved.surface));
+                    found[k] |= accept(query, moved.t / length, &surfaces, hits, &self.scene.ranks);
+                }
+            }
+        }
+        found
     }
 
     /// Tests a run of composites.
@@ -186,7 +246,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         for _ in 0..run.len {
             self.count.leaf(lanes.count_ones());
         }
-        let buffers = (&mut *self.scratch, &mut self.stretches[packet]);
+        let buffers = (&mut self.buffers.scratch, &mut self.stretches[packet]);
         composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], (lanes, self.filter), buffers)
     }
 
@@ -226,6 +286,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     }
 }
 
+/// What a distance may be off by that was taken to a mesh's space and back, in roundings.
+const TIE_ROUNDINGS: f64 = 4.0;
+
 /// Asks the memory for a row.
 struct Prefetch(usize);
 
@@ -239,6 +302,6 @@ impl<S: Scalar> WithBlock<S> for Prefetch {
 
 /// The rows of a run.
 #[inline(always)]
-fn rows<'a, S: Scalar, B: Scalar>(scene: &'a Compiled<S, B>, run: &'a Run) -> Rows<'a> {
-    Rows { run, base: scene.base[usize::from(run.kind)], rank: &scene.rank }
+fn rows<'a, S: Scalar, B: Scalar>(scene: &'a Geometry<S, B>, run: &'a Run) -> Rows<'a> {
+    Rows { run, base: scene.base[usize::from(run.kind)], ranks: &scene.ranks }
 }

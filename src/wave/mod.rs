@@ -11,6 +11,7 @@ mod enclosing;
 mod filters;
 mod finish;
 mod hits;
+mod instances;
 mod lamp;
 mod leaves;
 mod light;
@@ -94,7 +95,7 @@ pub fn render<S: Scalar, B: Scalar>(
     count: bool,
     done: &(dyn Fn(Tile<'_>) + Sync),
 ) -> (RayCounts, Occupancy) {
-    let mut lights = LightProgram::all(&scene.lights, scene.origin);
+    let mut lights = LightProgram::all(&scene.lights, scene.geometry.origin);
     surround(scene, &mut lights, schedule.light_buffers, width * height);
     let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
     let most = if shared.lights.len() > MANY_LIGHTS { SMALL_TILE } else { usize::MAX };
@@ -160,7 +161,7 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
             .map(|eight| {
                 let ray = |k: usize| eight[k.min(eight.len() - 1)];
                 let lines = Rays {
-                    origin: Vec3::from_fn(|k| ray(k).0 - scene.origin),
+                    origin: Vec3::from_fn(|k| ray(k).0 - scene.geometry.origin),
                     dir: Vec3::from_fn(|k| ray(k).1.normalize()),
                 };
                 let lines = Lines { rays: lines, ..Lines::default() };
@@ -168,19 +169,19 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
                 Query::new(&lines, S::Lane::lit(f64::INFINITY), lanes)
             })
             .collect();
-        tracer.nearest(scene, &mut queries, class::CAMERA);
+        tracer.nearest(&scene.geometry, &mut queries, class::CAMERA);
         for query in &queries {
-            let surfaces = hits::resolve(scene, query);
+            let surfaces = hits::resolve(&scene.geometry, query);
             let t = query.t.to_f64s().to_array();
             for k in (0..LANES).filter(|k| query.lanes >> k & 1 == 1) {
                 found.push((query.hits() >> k & 1 == 1).then(|| {
                     let point = surfaces.point.lane(k);
                     // A plane is looked for some roundings nearer than it lies.
-                    let on_plane = scene.kinds[query.surface[k] as usize] == Kind::Plane as u8;
+                    let on_plane = scene.geometry.kind_of(query.surface[k]) == Kind::Plane as u8;
                     let Rays { origin, dir } = query.rays;
                     FirstHit {
                         t: if on_plane { (point - origin.lane(k)).dot(dir.lane(k)) } else { t[k] },
-                        point: point + scene.origin,
+                        point: point + scene.geometry.origin,
                         normal: surfaces.normal.lane(k),
                     }
                 }));

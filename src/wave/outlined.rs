@@ -75,7 +75,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
     /// Takes what rays of packet `k` meet where they pass through rows of a four: true if anything is nearer than what is known.
     #[inline(always)]
     fn take<K: Block<S>>(&mut self, block: &K, four: usize, k: usize, mut passing: Passing) -> bool {
-        let Self { rows: Rows { base, rank, .. }, packets, queries, .. } = self;
+        let Self { rows: Rows { base, ranks, .. }, packets, queries, .. } = self;
         let (query, state) = (&mut queries[k], &mut packets[k]);
         let (live, first, mut changed) = (state.live(), *base + (four * QUAD) as u32, 0);
         while !passing.is_empty() {
@@ -87,7 +87,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
             for row in 1..QUAD {
                 surfaces = choose(now.row(row), &[first + row as u32; LANES], &surfaces);
             }
-            changed |= accept(query, t, &surfaces, live, rank);
+            changed |= accept(query, t, &surfaces, live, ranks);
         }
         if changed != 0 {
             state.found(changed, query.t, ANY);

@@ -2,7 +2,7 @@
 
 use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
-use crate::kernel::Rays;
+use crate::kernel::{Ranks, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};
 
 /// Packets that walk the tree together.
@@ -74,6 +74,25 @@ impl<L: Lane> Query<L> {
         self.starts = false;
     }
 
+    /// The rays of `lanes` as `rays` in another space, where they are `length` times as long and surfaces have the numbers that `own`
+    /// gives.
+    #[inline(always)]
+    pub fn moved(&self, rays: Rays<L>, length: L, own: impl Fn(SurfaceId) -> SurfaceId, lanes: u8) -> Self {
+        let on_surface = Mask::from_bits(!equal_lanes(&self.left, NO_SURFACE));
+        let rounding = on_surface.keep(start_rounding(&rays.origin));
+        let left = if self.starts { self.left.map(own) } else { self.left };
+        Self {
+            rays,
+            left,
+            part: self.part,
+            t_min: rounding.max(self.t_min * length),
+            t: self.t * length,
+            surface: [NO_SURFACE; LANES],
+            lanes,
+            starts: self.starts && equal_lanes(&left, NO_SURFACE) != !0,
+        }
+    }
+
     /// True if a ray starts on one of `len` surfaces from `first` on.
     #[inline(always)]
     pub fn starts_within(&self, first: SurfaceId, len: u32) -> bool {
@@ -87,12 +106,11 @@ impl<L: Lane> Query<L> {
     }
 
     /// The ray in lane `lane` has hit `surface` at `t`, which is not beyond what is known: whether that is what it sees.
-    /// Of two surfaces at one place the one of lower rank is seen; nothing is at the limit itself, nor at an infinite one.
+    /// Nothing is at the limit itself, nor at an infinite one.
     #[inline(always)]
-    pub fn take(&mut self, lane: usize, t: L::Scalar, surface: SurfaceId, rank: &[u32]) -> bool {
+    pub fn take(&mut self, lane: usize, t: L::Scalar, surface: SurfaceId, ranks: &Ranks) -> bool {
         let (known, other) = (self.t.lanes()[lane], self.surface[lane]);
-        let first = || other != NO_SURFACE && rank[surface as usize] < rank[other as usize];
-        let seen = t < known || (t == known && first());
+        let seen = t < known || (t == known && ranks.prefer(surface, other));
         if seen {
             self.t.lanes_mut()[lane] = t;
             self.surface[lane] = surface;

@@ -3,8 +3,8 @@
 use super::outlined::Outlined;
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
-use crate::compile::{NO_SURFACE, SurfaceId, WithBlock};
-use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ray, View};
+use crate::compile::{SurfaceId, WithBlock};
+use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ranks, Ray, View};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits, choose};
 use smallvec::SmallVec;
 
@@ -83,7 +83,7 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> Option<bool> {
-        let Self { rows: Rows { run, base, rank }, query, lone, count } = self;
+        let Self { rows: Rows { run, base, ranks }, query, lone, count } = self;
         if !K::ACROSS {
             return None;
         }
@@ -106,7 +106,7 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
                 while near != 0 {
                     let k = near.trailing_zeros() % FOUR;
                     near &= near - 1;
-                    found |= query.take(lane, t[k as usize], base + first + k, rank);
+                    found |= query.take(lane, t[k as usize], base + first + k, ranks);
                 }
             }
             first += FOUR;
@@ -125,8 +125,8 @@ pub struct Rows<'a> {
     pub run: &'a Run,
     /// Surface number of the kind's first row.
     pub base: SurfaceId,
-    /// By surface number: the lower wins where two are equally near.
-    pub rank: &'a [u32],
+    /// Of all surfaces.
+    pub ranks: &'a Ranks,
 }
 
 impl Rows<'_> {
@@ -139,7 +139,7 @@ impl Rows<'_> {
         (lanes, any): (u8, bool),
         count: &mut impl Count,
     ) -> u8 {
-        let Self { run, base, rank } = *self;
+        let Self { run, base, ranks } = *self;
         let starts_here = query.starts_within(base + run.first, run.len);
         let mut changed = 0;
         for row in run.first..run.first + run.len {
@@ -154,7 +154,7 @@ impl Rows<'_> {
             let looking = Looking { from: query.t_min, to: query.t, lanes: lanes & !gone };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
             count.leaf(lanes.count_ones());
-            changed |= accept(query, t, &[surface; LANES], lanes & !gone, rank);
+            changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {
                 break;
             }
@@ -250,7 +250,7 @@ pub fn accept<L: Lane>(
     t: L,
     surfaces: &[SurfaceId; LANES],
     lanes: u8,
-    rank: &[u32],
+    ranks: &Ranks,
 ) -> u8 {
     let near = t.le(query.t).bits() & lanes;
     if near == 0 {
@@ -262,8 +262,7 @@ pub fn accept<L: Lane>(
         let lane = ties.trailing_zeros() as usize;
         ties &= ties - 1;
         // Two surfaces at one place: the one declared first is seen.
-        let other = query.surface[lane];
-        if other != NO_SURFACE && rank[surfaces[lane] as usize] < rank[other as usize] {
+        if ranks.prefer(surfaces[lane], query.surface[lane]) {
             nearer |= 1 << lane;
         }
     }

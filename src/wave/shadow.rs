@@ -51,7 +51,8 @@ impl<S: Scalar> ShadowTracer<S> {
         }
         for group in queue.packets().chunks(GROUP) {
             aim(&mut self.queries, group);
-            let noted = tracer.occluded(scene, &mut self.queries, (&mut self.suspects[light], cones));
+            let noted =
+                tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));
             for ((query, rays), noted) in self.queries.iter_mut().zip(group).zip(noted) {
                 let lanes = rays.lanes & !query.hits();
                 let tinted = lanes & noted.lanes;

@@ -54,14 +54,16 @@ impl Shown {
         let Self { textures, parts, scratch } = self;
         let mut room = None;
         let rays = query.rays.in_double(&mut room);
-        if let Some(part) = query.surface[lane].checked_sub(scene.first_part) {
-            let composite = &scene.csg.composites[scene.csg.parts[part as usize].composite as usize];
-            let source = Parts { scene, left: &query.left, part: &query.part, starts: true };
+        if let Some(part) = scene.geometry.part_of(query.surface[lane]) {
+            let composite =
+                &scene.geometry.csg.composites[scene.geometry.csg.parts[part as usize].composite as usize];
+            let source = Parts { scene: &scene.geometry, left: &query.left, part: &query.part, starts: true };
             // Two roundings: of `t` itself, and of the ray that it was found along.
             let at = (1 << lane, query.t.to_f64s(), 2.0 * S::UNIT_ROUNDOFF);
             parts.clear();
-            scene.csg.parts_at(composite, rays, at, &source, scratch, parts);
-            let owners = parts.iter().map(|(part, _)| scene.owner[(scene.first_part + part) as usize]);
+            scene.geometry.csg.parts_at(composite, rays, at, &source, scratch, parts);
+            let owners =
+                parts.iter().map(|(part, _)| scene.geometry.owner_of(scene.geometry.first_part + part));
             let lending = owners.map(|owner| &scene.owners[owner as usize]).filter(|owner| !owner.cut);
             textures.extend(lending.map(|owner| (owner.textures[0], 1.0)));
         }

@@ -4,7 +4,7 @@
 use super::query::{GROUP, Query};
 use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
-use crate::compile::{Compiled, NO_SURFACE, SurfaceId, class};
+use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
@@ -81,7 +81,7 @@ impl RayStream {
     }
 
     /// Packet number `number`, of which `lanes` are rays, in the space that has its zero at `origin` (see
-    /// [`Compiled::origin`]).
+    /// [`Geometry::origin`]).
     #[inline(always)]
     fn aim<L: Lane>(&self, number: usize, lanes: u8, origin: DVec3, query: &mut Query<L>) {
         let StreamPacket { rays, t_near, t_far } = &self.packets[number];
@@ -112,8 +112,8 @@ impl<S: Scalar> StreamHits<S> {
     }
 
     /// In the terms of the set that the stream was made from.
-    pub fn develop<B: Scalar>(&self, scene: &Compiled<S, B>, rays: &RaySet, stream: &RayStream) -> RayHits {
-        let first = scene.rank.iter().copied().min().unwrap_or(0);
+    pub fn develop<B: Scalar>(&self, scene: &Geometry<S, B>, rays: &RaySet, stream: &RayStream) -> RayHits {
+        let first = scene.first_place();
         let mut hits = RayHits::default();
         for (row, &surface) in self.surface.iter().enumerate() {
             let (t, primitive) = match (stream.query, surface) {
@@ -122,7 +122,7 @@ impl<S: Scalar> StreamHits<S> {
                 (RayQuery::Closest, NO_SURFACE) => (f32::INFINITY, NO_PRIMITIVE),
                 (RayQuery::Closest, surface) => {
                     let t = self.t[row].to_f64() / stream.length(row);
-                    (t as f32, scene.rank[surface as usize] - first)
+                    (t as f32, scene.place_of(surface) - first)
                 }
             };
             hits.t.push(t);
@@ -134,7 +134,7 @@ impl<S: Scalar> StreamHits<S> {
 
 /// Traces a stream with the threads of the current pool.
 pub fn trace_stream<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     stream: &RayStream,
     traversal: Traversal,
     hits: &mut StreamHits<S>,
@@ -150,7 +150,7 @@ pub fn trace_stream<S: Scalar, B: Scalar>(
 
 /// Traces a stream with one thread and counts what is tested.
 pub fn stream_occupancy<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     stream: &RayStream,
     traversal: Traversal,
 ) -> Occupancy {
@@ -163,7 +163,7 @@ pub fn stream_occupancy<S: Scalar, B: Scalar>(
 
 /// Traces the rays from `first` on, a multiple of a group, as many as there is room for.
 fn trace_chunk<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     stream: &RayStream,
     first: usize,
     tracer: &mut Tracer<B>,
@@ -178,7 +178,7 @@ fn trace_chunk<S: Scalar, B: Scalar>(
 
 /// Traces the rays from `first` on, as many as there is room for in `t`.
 fn trace_group<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     stream: &RayStream,
     first: usize,
     tracer: &mut Tracer<B>,

@@ -38,9 +38,9 @@ pub fn surround<S: Scalar, B: Scalar>(
 ) {
     let most = MOST_CELLS.min(MOST_OF_ALL / lights.len().max(1));
     let cells = (pixels / PIXELS_A_CELL).min(most);
-    if buffers == LightBuffers::Auto && scene.bvh.is_small() {
-        let casters = Casters::of(scene);
-        let bounded = casters.bounded(scene);
+    if buffers == LightBuffers::Auto && scene.geometry.bvh.is_small() {
+        let casters = Casters::of(&scene.geometry);
+        let bounded = casters.bounded(&scene.geometry);
         for light in lights {
             if let Some(place) = light.shadow_point() {
                 light.around = Around::Cones(Cones::of::<S>(&casters, &bounded, place));
@@ -52,15 +52,15 @@ pub fn surround<S: Scalar, B: Scalar>(
         LightBuffers::Never => return,
         // So many lights that there is no room for what is worth it of each.
         _ if most < FEWEST_CELLS => return,
-        LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(scene, pixels) => return,
-        LightBuffers::Auto | LightBuffers::Always => Casters::of(scene),
+        LightBuffers::Auto if cells < FEWEST_CELLS || !are_worth_it(&scene.geometry, pixels) => return,
+        LightBuffers::Auto | LightBuffers::Always => Casters::of(&scene.geometry),
     };
     hand_out(lights.iter_mut(), |lights| {
         // Memory that is needed once for all lights of a thread.
         let mut room = Room::default();
         for light in lights {
             if let Some(place) = light.shadow_point() {
-                let buffer = fill(scene, &casters, place, cells.max(FEWEST_CELLS), &mut room);
+                let buffer = fill(&scene.geometry, &casters, place, cells.max(FEWEST_CELLS), &mut room);
                 light.around = Around::Cells(Box::new(buffer));
             }
         }

@@ -56,7 +56,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         if count {
             tracer.count();
         }
-        let mixed = shared.scene.bvh.is_small();
+        let mixed = shared.scene.geometry.bvh.is_small();
         let carriers = || Queue::new(mixed);
         Self {
             tracer,
@@ -175,7 +175,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             for (query, rays) in queries.iter_mut().zip(group.clone()) {
                 query.aim(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes);
             }
-            tracer.nearest(scene, queries, filter);
+            tracer.nearest(&scene.geometry, queries, filter);
             for (rays, query) in group.zip(&*queries) {
                 let missed = query.lanes & !query.hits();
                 if missed != 0 {

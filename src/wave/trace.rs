@@ -1,12 +1,12 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
-use super::leaves::{Leaves, Noted};
+use super::leaves::{LeafBuffers, Leaves, Noted};
 use super::light_buffer::Cones;
 use super::query::{GROUP, Query};
 use super::rows::Views;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
-use crate::compile::{Compiled, class};
-use crate::csg::{Scratch, Stretch};
+use crate::compile::{Geometry, class};
+use crate::csg::Stretch;
 use crate::lane::Scalar;
 
 /// Buffers for tracing, one set a thread.
@@ -14,7 +14,7 @@ use crate::lane::Scalar;
 pub struct Tracer<B: Scalar> {
     stack: Stack<B>,
     packets: Vec<Packet<B>>,
-    scratch: Scratch,
+    buffers: LeafBuffers<B>,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
     /// By packet of the last [`Tracer::occluded`], what is see-through on the way.
@@ -41,7 +41,7 @@ impl<B: Scalar> Tracer<B> {
     }
 
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
-    pub fn nearest<S: Scalar>(&mut self, scene: &Compiled<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
+    pub fn nearest<S: Scalar>(&mut self, scene: &Geometry<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
         self.trace::<S, false>(scene, queries, filter, (&mut None, None));
     }
 
@@ -53,7 +53,7 @@ impl<B: Scalar> Tracer<B> {
     /// buffer). One does as well as four, and only as long as it blocks whole packets.
     pub fn occluded<S: Scalar>(
         &mut self,
-        scene: &Compiled<S, B>,
+        scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         known: (&mut Option<Run>, Option<&Cones>),
     ) -> &[Noted; GROUP] {
@@ -67,7 +67,7 @@ impl<B: Scalar> Tracer<B> {
 
     fn trace<S: Scalar, const ANY: bool>(
         &mut self,
-        scene: &Compiled<S, B>,
+        scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
         known: (&mut Option<Run>, Option<&Cones>),
@@ -82,14 +82,18 @@ impl<B: Scalar> Tracer<B> {
         }
     }
 
-    fn trace_counting<S: Scalar, C: Count, const ANY: bool>(
+    /// The same, with what was tested.
+    pub(super) fn trace_counting<S: Scalar, C: Count, const ANY: bool>(
         &mut self,
-        scene: &Compiled<S, B>,
+        scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
         (suspect, cones): (&mut Option<Run>, Option<&Cones>),
     ) -> C {
-        let Self { stack, packets, scratch, stretches, noted, traversal, .. } = self;
+        let Self { stack, packets, buffers, stretches, noted, traversal, .. } = self;
+        if !scene.instances.is_empty() {
+            buffers.inner.get_or_insert_with(|| Box::new(Self::with(*traversal)));
+        }
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
         let mut views = Views::none();
@@ -97,7 +101,7 @@ impl<B: Scalar> Tracer<B> {
             views.see(queries);
         }
         let mut leaves =
-            Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (scratch, stretches), noted);
+            Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (buffers, stretches), noted);
         if let (true, Some(run)) = (ANY, *suspect) {
             for k in 0..leaves.queries.len() {
                 leaves.run(&run, k, !0);

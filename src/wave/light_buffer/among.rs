@@ -4,8 +4,8 @@ use super::super::query::Query;
 use super::super::rows::Rows;
 use super::casters::Caster;
 use crate::bvh::Run;
-use crate::compile::{COMPOSITE, Compiled, SurfaceId, WithBlock};
-use crate::kernel::{Block, Ray, View};
+use crate::compile::{COMPOSITE, Geometry, SurfaceId, WithBlock};
+use crate::kernel::{Block, Ranks, Ray, View};
 use crate::lane::{LANES, Lane, QUAD, Quad, Scalar, bits, f32x8};
 use std::cmp::Ordering;
 
@@ -48,7 +48,7 @@ pub(super) fn list(candidates: &mut Vec<Candidate>, first: usize, (kind, row): (
 
 /// True of casters that lists may hold.
 pub(super) fn is_listed(caster: &Caster) -> bool {
-    caster.opaque && caster.kind != COMPOSITE
+    caster.opaque && caster.kind < COMPOSITE
 }
 
 /// Some of the ways of eight points to a light: as a query, and as they see corners.
@@ -66,7 +66,7 @@ const TOGETHER: u32 = 4;
 /// The ways of `lanes`, all of which start in one cell, that anything of its list `candidates` is in; as tracing has it, to the
 /// bit.
 pub(super) fn met<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     candidates: &[Candidate],
     ways: &mut Ways<S>,
     lanes: u8,
@@ -81,7 +81,7 @@ pub(super) fn met<S: Scalar, B: Scalar>(
         let alike = rest.iter().take_while(|next| next.kind == kind && next.near <= farthest).count();
         let (alike, others) = rest.split_at(alike);
         let (base, open) = (scene.base[usize::from(kind)], lanes & !met);
-        met |= scene.columns.with(kind, Meets { alike, base, rank: &scene.rank, ways, lanes: open });
+        met |= scene.columns.with(kind, Meets { alike, base, ranks: &scene.ranks, ways, lanes: open });
         rest = others;
     }
     met
@@ -92,7 +92,7 @@ struct Meets<'a, 'b, S: Scalar> {
     alike: &'a [Candidate],
     /// Surface number of the kind's first row.
     base: SurfaceId,
-    rank: &'a [u32],
+    ranks: &'a Ranks,
     ways: &'a mut Ways<'b, S>,
     lanes: u8,
 }
@@ -131,7 +131,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
     /// Several ways, row by row. (A call, as some kinds' tests need more of the stack than it takes to clear.)
     #[inline(never)]
     fn together<K: Block<S>>(self, block: &K) -> u8 {
-        let Self { alike, base, rank, ways, lanes } = self;
+        let Self { alike, base, ranks, ways, lanes } = self;
         let Ways { query, view, depths } = ways;
         let depths = f32x8::from_array(**depths);
         let mut met = 0;
@@ -142,7 +142,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
             }
             for k in bits(rows) {
                 let run = Run { kind, class: 0, last: true, len: 1, first: QUAD as u32 * four + k as u32 };
-                let rows = Rows { run: &run, base, rank };
+                let rows = Rows { run: &run, base, ranks };
                 met |= rows.test(block, (&mut **query, view), (before & !met, true), &mut ());
             }
         }

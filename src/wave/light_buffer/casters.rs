@@ -1,7 +1,7 @@
 //! What can stand between a light and a point.
 
 use crate::bvh::Child;
-use crate::compile::{COMPOSITE, Compiled, Kind, NO_SURFACE, SurfaceId, class};
+use crate::compile::{COMPOSITE, Geometry, Kind, NO_SURFACE, SurfaceId, class};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
 use glam::DVec3;
@@ -10,7 +10,7 @@ use glam::DVec3;
 #[derive(Debug, Clone, Copy)]
 pub struct Caster {
     pub bounds: Aabb,
-    /// Kind and row, [`COMPOSITE`] and number.
+    /// Kind and row, [`COMPOSITE`] or [`INSTANCE`](crate::compile::INSTANCE) and number.
     pub kind: u8,
     pub row: u32,
     /// See [`class`].
@@ -59,8 +59,9 @@ const TRIANGLES_A_PIXEL: f64 = 0.5;
 
 /// Whether most casters are convex solids or triangles, and many, but not more than pixels. (Points on others are mostly in doubt:
 /// what they lie on, or its next piece, is near.)
-pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize) -> bool {
-    let (mut all, mut convex, mut triangles) = (scene.csg.composites.len(), 0, 0);
+pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize) -> bool {
+    let (mut all, mut convex, mut triangles) =
+        (scene.csg.composites.len() + scene.instances.rows.len(), 0, 0);
     for &kind in Kind::ALL {
         let rows = scene.columns.len(kind);
         all += rows;
@@ -76,7 +77,7 @@ pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, pixels: usize)
 
 impl Casters {
     /// Those of `scene`.
-    pub fn of<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> Self {
+    pub fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {
         let mut casters = Self {
             all: Vec::new(),
             // A long triangle may stand in several leaves.
@@ -134,7 +135,7 @@ impl Casters {
 
 impl Casters {
     /// Those that have bounds, triangles among the rest.
-    pub fn bounded<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>) -> Vec<Caster> {
+    pub fn bounded<S: Scalar, B: Scalar>(&self, scene: &Geometry<S, B>) -> Vec<Caster> {
         let mut all = self.all.clone();
         for (kind, opaque) in &self.triangles {
             let rows = (0u32..).zip(opaque).filter(|(_, opaque)| **opaque);
@@ -146,14 +147,16 @@ impl Casters {
 
 /// A row of a kind, with its classes.
 pub(super) fn caster<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     (kind, classes): (u8, u8),
     row: u32,
 ) -> Caster {
-    if kind == COMPOSITE {
-        let bounds = scene.csg.composites[row as usize].bounds;
-        let (kind, surface) = (COMPOSITE, NO_SURFACE);
-        return Caster { bounds, kind, row, classes, surface, blocks: false, opaque: false };
+    if kind >= COMPOSITE {
+        let bounds = match kind {
+            COMPOSITE => scene.csg.composites[row as usize].bounds,
+            _ => scene.instances.rows[row as usize].bounds,
+        };
+        return Caster { bounds, kind, row, classes, surface: NO_SURFACE, blocks: false, opaque: false };
     }
     let known = Kind::ALL[usize::from(kind)];
     let (convex, opaque) = (is_convex(known), classes & class::BLOCKS != 0);

@@ -4,7 +4,7 @@ use super::among::{Candidate, is_listed, list};
 use super::casters::Caster;
 use super::sheet::{Facet, Layer, Window};
 use super::{Cell, List, SHEET};
-use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
 use crate::lane::Scalar;
 
 /// Something that is seen through a cell.
@@ -28,7 +28,7 @@ const LAYERS: usize = 3;
 
 /// What cells are settled from.
 pub(super) struct Settle<'a, S: Scalar, B: Scalar> {
-    pub scene: &'a Compiled<S, B>,
+    pub scene: &'a Geometry<S, B>,
     /// What entries name.
     pub casters: &'a [Caster],
     pub facets: &'a [Facet],

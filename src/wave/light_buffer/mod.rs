@@ -23,7 +23,7 @@ pub use cones::Cones;
 pub use raster::{Room, fill};
 
 use super::query::Query;
-use crate::compile::{Compiled, NO_SURFACE, SurfaceId};
+use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
 use crate::lane::{
     LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
@@ -235,7 +235,7 @@ impl LightBuffer {
     #[inline]
     pub fn ask<S: Scalar, B: Scalar>(
         &self,
-        scene: &Compiled<S, B>,
+        scene: &Geometry<S, B>,
         query: &mut Query<S::Lane>,
         known: &mut Known,
     ) {

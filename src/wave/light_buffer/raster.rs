@@ -8,7 +8,7 @@ use super::region::{Regions, slack_at};
 use super::seen::{Outline, Seen, relative};
 use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
-use crate::compile::{Compiled, SurfaceId, WithBlock, class};
+use crate::compile::{Geometry, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays, View};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8};
 use glam::DVec3;
@@ -46,7 +46,7 @@ pub struct Room {
 
 /// The light's buffer at `location`, of about so many cells.
 pub fn fill<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     casters: &Casters,
     location: DVec3,
     cells: usize,
@@ -361,7 +361,7 @@ pub(super) struct Light {
 /// the cell does. In the coordinates across / along, up / along, 1 / along it is convex as well, so that the inverse of the
 /// depth where it is entered is a concave function over the cell, and the depth greatest in a corner.
 fn block<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
+    scene: &Geometry<S, B>,
     caster: &Caster,
     light: &Light,
     [[left, right], [low, high]]: [[u32; 2]; 2],
