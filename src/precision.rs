@@ -32,7 +32,10 @@ impl Prepared {
     pub fn new(scene: &Scene, asked: Precision, preset: Preset, instancing: Instancing) -> Self {
         if asked == Precision::Fast {
             let primitives = Primitives::<f32>::with(scene, instancing);
-            if !primitives.have_giants() && !primitives.are_too_fine_for::<f32>() {
+            let is_too_coarse = primitives.have_giants()
+                || primitives.have_extreme_places()
+                || primitives.are_too_fine_for::<f32>();
+            if !is_too_coarse {
                 return Self::Fast(primitives.compile(scene, preset));
             }
         }

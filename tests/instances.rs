@@ -1,6 +1,6 @@
 //! Meshes that stand in several places and are kept once: pictures of them against those of the oracle, which knows no tree.
 
-use octray::compile::{Compiled, Instancing, Primitives};
+use octray::compile::{Compiled, Instancing, Primitives, kept_shapes};
 use octray::film::Film;
 use octray::render::{Engine, Precision, RenderOptions, render};
 use octray::scene::Scene;
@@ -178,5 +178,29 @@ fn a_thousand_places_take_the_room_of_a_few_triangles() {
     for (ray, found) in rays.iter().zip(&found) {
         let meets = (ray.0.x / 3.0).fract().min(1.0 - (ray.0.x / 3.0).fract()) < 0.1;
         assert_eq!(found.is_some_and(|found| (found.point.y - 1.0).abs() < 0.01), meets, "{ray:?} {found:?}");
+    }
+}
+
+/// Squares of lengths that a place makes a trillion times as long are beyond single precision.
+#[test]
+fn extreme_places_are_told() {
+    for (scale, is_extreme) in [("1e3", false), ("1e-9", false), ("1e13", true), ("1e-13", true)] {
+        let text = format!("object {{ Cap }} object {{ Cap scale <1, {scale}, 1> }}");
+        let primitives = Primitives::<f32>::with(&scene(&text), Instancing::Always);
+        assert_eq!(primitives.have_extreme_places(), is_extreme, "{scale}");
+    }
+}
+
+/// A mesh counts once, but there are not more numbers than 2^31 for the surfaces of its places: those beyond it count by themselves.
+#[test]
+fn places_beyond_all_numbers_are_not_kept_once() {
+    const LIMIT: u64 = 20_000_000;
+    for (doublings, fits) in [(19, true), (21, false)] {
+        let twice = "#declare A = union { object { A } object { A translate x } }\n".repeat(doublings);
+        let text = format!(
+            "#declare A = mesh {{ #declare I = 0; #while (I < 2000) triangle {{ I*x, I*x + y, I*x + z }}
+            #declare I = I + 1; #end }} {twice} object {{ A }}"
+        );
+        assert_eq!(kept_shapes(&scene(&text), LIMIT) <= LIMIT, fits, "2,000 triangles 2^{doublings} times");
     }
 }

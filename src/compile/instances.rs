@@ -7,7 +7,7 @@ use super::{Geometry, SurfaceId, Tag};
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
 use crate::scene::{CsgOp, Mesh, Object, Scene, Shape, Texture, Transform};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -164,8 +164,8 @@ impl SharedMeshes {
         let mut meshes = Self::default();
         for Use { mesh, places } in Uses::of(scene, u64::MAX).meshes {
             let boxes = boxes_about(&mesh.vertices);
-            let can_be = boxes.iter().all(Aabb::is_finite) && !boxes.is_empty() && places > 1;
-            if can_be && (always || is_worth_sharing(mesh, places)) {
+            let is_finite = !mesh.triangles.is_empty() && boxes.iter().all(Aabb::is_finite);
+            if places > 1 && is_finite && (always || is_worth_sharing(mesh, places)) {
                 meshes.number.insert(address(mesh), meshes.all.len() as u32);
                 meshes.all.push(SharedMesh { mesh: mesh.clone(), looks: MeshLooks::of(mesh), boxes });
             }
@@ -176,23 +176,28 @@ impl SharedMeshes {
     /// The number of a mesh if it is shared, and a box around it in its `place`; its surfaces are given numbers.
     pub fn place(&mut self, mesh: &Arc<Mesh>, place: &Transform) -> Option<(u32, Aabb)> {
         let number = *self.number.get(&address(mesh))?;
-        let largest =
-            |map: &DAffine3| map.matrix3.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        if largest(&place.forward).max(largest(&place.inverse)) > LARGEST {
-            return None;
-        }
-        let corners = self.all[number as usize].boxes.iter().flat_map(Aabb::corners);
-        let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
         let surfaces = self.surfaces + mesh.triangles.len() as u64;
-        if !bounds.is_finite() || surfaces > MOST_SURFACES {
+        if surfaces > MOST_SURFACES {
             return None;
         }
         self.surfaces = surfaces;
-        Some((number, bounds))
+        let corners = self.all[number as usize].boxes.iter().flat_map(Aabb::corners);
+        let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
+        // (What is moved beyond all measure is asked by every ray, and met by none.)
+        Some((number, if bounds.is_finite() { bounds } else { Aabb::INFINITE }))
     }
 }
 
-/// Rays are moved in single precision, too, where squares of what is larger would be beyond all measure.
+impl PlacedMesh {
+    /// True if lengths change so much on the way to the mesh's space or back that their squares may be beyond single precision.
+    pub fn is_extreme(&self) -> bool {
+        let Transform { forward, inverse } = &self.place;
+        let numbers = [forward, inverse].map(|map| map.matrix3.to_cols_array());
+        numbers.as_flattened().iter().any(|x| x.abs() > LARGEST)
+    }
+}
+
+/// See [`PlacedMesh::is_extreme`].
 const LARGEST: f64 = 1e12;
 
 /// What corners are off by that were moved, as a share of the box around them.
@@ -200,12 +205,15 @@ const BOUNDS_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 
 /// How many shapes a scene is when it is rendered, where shared meshes count once: `most` and more if they are more than `most`.
 pub fn kept_shapes(scene: &Scene, most: u64) -> u64 {
-    let Uses { meshes, shapes, .. } = Uses::of(scene, most);
-    let triangles = meshes.into_iter().map(|Use { mesh, places }| {
-        let times = if is_worth_sharing(mesh, places) { 1 } else { places as u64 };
-        times.saturating_mul(mesh.triangles.len() as u64)
-    });
-    triangles.fold(shapes, u64::saturating_add)
+    let Uses { meshes, mut shapes, .. } = Uses::of(scene, most);
+    let mut surfaces = 0u64;
+    for Use { mesh, places } in meshes {
+        let (one, all) = (mesh.triangles.len() as u64, mesh.triangles.len() as u64 * places as u64);
+        let is_shared = is_worth_sharing(mesh, places);
+        shapes = shapes.saturating_add(if is_shared { one } else { all });
+        surfaces = surfaces.saturating_add(if is_shared { all } else { 0 });
+    }
+    shapes.saturating_add(surfaces.saturating_sub(MOST_SURFACES))
 }
 
 /// True if one tree for so many places of a mesh is worth what rays lose by it.

@@ -1,5 +1,6 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
+use super::instances::PlacedMesh;
 use super::{
     COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
 };
@@ -65,6 +66,11 @@ impl<S: Scalar> Primitives<S> {
     /// True if a few are so much larger than all others that they stand beside the tree.
     pub fn have_giants(&self) -> bool {
         self.gathered.giants
+    }
+
+    /// True if a mesh stands in a place whose map is beyond single precision.
+    pub fn have_extreme_places(&self) -> bool {
+        self.gathered.flat.placed.iter().any(PlacedMesh::is_extreme)
     }
 
     /// True if boxes in precision `B` would tell little of where they are: a thousand far stars around a table.

@@ -40,8 +40,8 @@ impl Ranks {
         self.rows.get(surface as usize).copied().or_else(stretch).unwrap_or(u32::MAX)
     }
 
-    /// True if `surface` is seen where both are at one place; false if `other` is none. (Without a call: one that comes back, however
-    /// seldom, costs the loops around it their registers.)
+    /// True if `surface` is seen where both are at one place; false if `other` is none. (Without a call, so that the loops which ask,
+    /// seldom as they do, keep their registers.)
     #[inline(always)]
     pub fn prefer(&self, surface: SurfaceId, other: SurfaceId) -> bool {
         other != NO_SURFACE && self.of(surface) < self.of(other)
