@@ -24,6 +24,15 @@ pub(super) struct Group<'a, B: Scalar> {
     pub packets: u8,
 }
 
+impl<'a, B: Scalar> Group<'a, B> {
+    /// Packet `number` of it by itself.
+    #[inline(always)]
+    fn packet(&self, number: usize) -> OnePacket<'a, B> {
+        let &Self { bvh, frame, octant, bounds, pad, least_lanes, .. } = self;
+        OnePacket { bvh, number, frame, octant, interval: bounds.lane(number), pad, least_lanes }
+    }
+}
+
 /// `LOOSE` bounds of packets only tell some boxes that are missed: rays are asked too.
 pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
     how: &Group<B>,
@@ -69,9 +78,7 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
             // One packet is left: its rays are held against boxes from here on.
             let k = who.trailing_zeros() as usize & (LANES - 1);
             let start = Entry { who: packets[k].live(), ..entry };
-            let (interval, pad, least_lanes) = (bounds.lane(k), how.pad, how.least_lanes);
-            let how = OnePacket { bvh, number: k, frame, octant, interval, pad, least_lanes };
-            walk_packet(&how, packets, start, &mut stack[top..], visit);
+            walk_packet(&how.packet(k), packets, start, &mut stack[top..], visit);
             fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
             farthest = highest(fars);
             continue;
@@ -100,11 +107,9 @@ fn walk_apart<B: Scalar>(
     stack: &mut [Entry<B>],
     visit: &mut impl Visit<B>,
 ) {
-    let &Group { bvh, frame, octant, bounds, pad, least_lanes, .. } = how;
     for k in bits(entry.who) {
-        let (interval, start) = (bounds.lane(k), Entry { who: packets[k].live(), ..entry });
-        let how = OnePacket { bvh, number: k, frame, octant, interval, pad, least_lanes };
-        walk_packet(&how, packets, start, stack, visit);
+        let start = Entry { who: packets[k].live(), ..entry };
+        walk_packet(&how.packet(k), packets, start, stack, visit);
     }
 }
 

@@ -1,6 +1,6 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
-use super::instances::{Instancing, MeshLooks, PlacedMesh, SharedMeshes, can_be_shared};
+use super::instances::{Instancing, MeshLooks, PlacedMesh, SharedMesh, SharedMeshes, can_be_shared};
 use super::shapes::{push, push_mesh};
 use super::{Body, Columns, Flat, Kind, MeshBody, Objects, Owner, Tag, WithBlock, class};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
@@ -66,7 +66,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Insta
         plain: pass.plain,
         composites: pass.composites,
         part_tags: pass.part_tags,
-        meshes: pass.shared.all.into_iter().map(|shared| shared.mesh).collect(),
+        meshes: pass.shared.all,
         placed: pass.placed,
     };
     let objects = Objects {
@@ -79,10 +79,10 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Insta
     (flat, objects)
 }
 
-/// A mesh by itself, in its own space relative to `origin`: owners are its looks, ranks its triangles' numbers, and all rays see it.
-pub(super) fn flatten_mesh<S: Scalar>(mesh: &Mesh, origin: DVec3) -> Flat<S> {
+/// A shared mesh by itself, in its own space relative to `origin`: owners are its looks, ranks its triangles' numbers, and all rays see it.
+pub(super) fn flatten_mesh<S: Scalar>(shared: &SharedMesh, origin: DVec3) -> Flat<S> {
     let mut flat = Flat { plain: vec![Vec::new(); Kind::ALL.len()], ..Flat::default() };
-    let looks = MeshLooks::of(mesh);
+    let SharedMesh { mesh, looks, .. } = shared;
     let class = class::CAMERA | class::REFLECTED | class::BLOCKS;
     for (kind, triangles) in push_mesh(&mut flat.columns, mesh, &Transform::translate(-origin), true) {
         let tag = |k: usize| Tag { owner: looks.of_triangle(triangles[k]), rank: triangles[k], class };
@@ -462,10 +462,8 @@ impl<S: Scalar> Pass<S> {
         }
         let place = handed.place.then(&self.to_compiled);
         let Some((number, bounds)) = self.shared.place(mesh, &place) else { return false };
-        // (Taken out for as long as textures are added.)
-        let looks = std::mem::take(&mut self.shared.all[number as usize].looks);
+        let looks = self.shared.all[number as usize].looks.clone();
         let tags = self.look_tags(mesh, &looks, handed);
-        self.shared.all[number as usize].looks = looks;
         let owners = tags.iter().map(|tag| tag.owner).collect();
         let tag = Tag { rank: self.rank, ..tags[0] };
         self.rank += mesh.triangles.len() as u32;

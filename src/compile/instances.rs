@@ -149,7 +149,7 @@ pub(super) struct SharedMeshes {
 #[derive(Debug)]
 pub(super) struct SharedMesh {
     pub mesh: Arc<Mesh>,
-    pub looks: MeshLooks,
+    pub looks: Arc<MeshLooks>,
     /// Together around all corners.
     boxes: Vec<Aabb>,
 }
@@ -163,11 +163,15 @@ impl SharedMeshes {
         let always = instancing == Instancing::Always;
         let mut meshes = Self::default();
         for Use { mesh, places } in Uses::of(scene, u64::MAX).meshes {
+            let is_wanted = places > 1 && (always || is_worth_sharing(mesh, places));
+            if !is_wanted || mesh.triangles.is_empty() {
+                continue;
+            }
             let boxes = boxes_about(&mesh.vertices);
-            let is_finite = !mesh.triangles.is_empty() && boxes.iter().all(Aabb::is_finite);
-            if places > 1 && is_finite && (always || is_worth_sharing(mesh, places)) {
+            if boxes.iter().all(Aabb::is_finite) {
                 meshes.number.insert(address(mesh), meshes.all.len() as u32);
-                meshes.all.push(SharedMesh { mesh: mesh.clone(), looks: MeshLooks::of(mesh), boxes });
+                let looks = Arc::new(MeshLooks::of(mesh));
+                meshes.all.push(SharedMesh { mesh: mesh.clone(), looks, boxes });
             }
         }
         meshes

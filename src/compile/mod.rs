@@ -27,11 +27,10 @@ pub use crate::kernel::{NO_SURFACE, SurfaceId};
 use crate::bvh::Preset;
 use crate::csg::CsgTree;
 use crate::lane::Scalar;
-use crate::scene::{Camera, Color, Globals, Interior, Light, Mesh, Scene};
+use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
-use instances::PlacedMesh;
+use instances::{PlacedMesh, SharedMesh};
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Kind number of composites among the kinds of the tree's runs: one past the last kind with columns.
 pub const COMPOSITE: u8 = Kind::ALL.len() as u8;
@@ -108,7 +107,7 @@ struct Flat<S: Scalar> {
     /// By part.
     part_tags: Vec<Tag>,
     /// Meshes that stand in several places,
-    meshes: Vec<Arc<Mesh>>,
+    meshes: Vec<SharedMesh>,
     /// and where.
     placed: Vec<PlacedMesh>,
 }

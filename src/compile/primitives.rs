@@ -1,6 +1,6 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
-use super::instances::PlacedMesh;
+use super::instances::{PlacedMesh, SharedMesh};
 use super::{
     COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
 };
@@ -8,7 +8,7 @@ use crate::bvh::{Item, Items, Preset};
 use crate::kernel::{Aabb, Block};
 use crate::lane::Scalar;
 use crate::parallel;
-use crate::scene::{Mesh, Scene};
+use crate::scene::Scene;
 use glam::DVec3;
 
 /// What reaches so many times as far as all others is left out of the tree: a sky of a planet's size around a table. Boxes in single
@@ -48,18 +48,18 @@ impl<S: Scalar> Primitives<S> {
 
     /// The same with some meshes shared.
     pub fn with(scene: &Scene, instancing: Instancing) -> Self {
-        let (mut origin, mut flat) = (DVec3::ZERO, flatten::flatten::<S>(scene, DVec3::ZERO, instancing));
-        let mut reach = Reach::of(&flat.0);
+        let mut origin = DVec3::ZERO;
+        let (mut flat, mut objects) = flatten::flatten::<S>(scene, origin, instancing);
+        let mut reach = Reach::of(&flat);
         let middle = |whole| middle(whole).unwrap_or(scene.camera.location);
         if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && middle(reach.whole) != DVec3::ZERO {
             // Its columns have lost digits: once more, from the middle that double precision finds.
-            let exact = flatten::flatten::<f64>(scene, DVec3::ZERO, instancing);
-            origin = middle(Reach::of(&exact.0).whole);
+            let (exact, _) = flatten::flatten::<f64>(scene, DVec3::ZERO, instancing);
+            origin = middle(Reach::of(&exact).whole);
             drop(exact);
-            flat = flatten::flatten::<S>(scene, origin, instancing);
-            reach = Reach::of(&flat.0);
+            (flat, objects) = flatten::flatten::<S>(scene, origin, instancing);
+            reach = Reach::of(&flat);
         }
-        let (flat, objects) = flat;
         Self { gathered: Gathered::of(flat, origin, reach), objects }
     }
 
@@ -105,12 +105,12 @@ impl<S: Scalar> Gathered<S> {
     }
 
     /// Those of a mesh by itself, in its own space.
-    pub fn of_mesh(mesh: &Mesh) -> Self {
+    pub fn of_mesh(shared: &SharedMesh) -> Self {
         let mut origin = DVec3::ZERO;
         if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF {
-            origin = middle(Aabb::of(mesh.vertices.iter().copied())).unwrap_or_default();
+            origin = middle(Aabb::of(shared.mesh.vertices.iter().copied())).unwrap_or_default();
         }
-        let flat = flatten::flatten_mesh(mesh, origin);
+        let flat = flatten::flatten_mesh(shared, origin);
         let reach = Reach::of(&flat);
         Self::of(flat, origin, reach)
     }

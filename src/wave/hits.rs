@@ -117,7 +117,7 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::La
     // Lanes without a hit repeat one with: nothing that they give is kept.
     let surfaces = query.met(hits);
     let kinds = each_number(&surfaces, |surface| scene.kind_of(surface));
-    if kinds == [kinds[0]; LANES] && kinds[0] != INSTANCE {
+    if kinds == [kinds[0]; LANES] {
         let rows = rows_of(scene, kinds[0], &surfaces);
         return resolve_kind(scene, query, kinds[0], &rows, Mask::from_bits(hits));
     }
@@ -132,12 +132,8 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::La
         same &= waiting;
         waiting &= !same;
         let mask = Mask::<S::Lane>::from_bits(same);
-        let found = if kinds[first] == INSTANCE {
-            resolve_instances(scene, query, same)
-        } else {
-            let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
-            resolve_kind(scene, query, kinds[first], &rows, mask)
-        };
+        let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
+        let found = resolve_kind(scene, query, kinds[first], &rows, mask);
         all.put(&found, mask);
     }
     all
@@ -150,6 +146,9 @@ fn rows_of<S: Scalar, B: Scalar>(
     kind: u8,
     surfaces: &[SurfaceId; LANES],
 ) -> [u32; LANES] {
+    if kind == INSTANCE {
+        return each_number(surfaces, |surface| scene.ranks.stretch(surface).unwrap_or(0) as u32);
+    }
     if kind & PART == 0 {
         let base = scene.base[usize::from(kind)];
         return each_lane(|k| surfaces[k] - base);
@@ -166,6 +165,9 @@ fn resolve_kind<S: Scalar, B: Scalar>(
     rows: &[u32; LANES],
     mask: Mask<S::Lane>,
 ) -> Surfaces<S::Lane> {
+    if kind == INSTANCE {
+        return resolve_instances(scene, query, rows, mask.bits());
+    }
     if kind & PART == 0 {
         return scene.columns.with(kind, Resolve { rows, mask, rays: &query.rays, t: query.t });
     }

@@ -4,7 +4,7 @@ use super::hits::resolve;
 use super::query::Query;
 use crate::compile::{Geometry, Instance, NO_SURFACE, SurfaceId};
 use crate::kernel::Surfaces;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane, each_number, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane, equal_lanes};
 
 /// An instance as rays meet it.
 pub struct Placed<'a, S: Scalar, B: Scalar> {
@@ -63,19 +63,18 @@ impl<'a, S: Scalar, B: Scalar> Placed<'a, S, B> {
     }
 }
 
-/// What eight rays see, some of which (`hits`) have met instances.
+/// What eight rays see, some of which (`hits`) have met the instances `rows`.
 #[cold]
 pub fn resolve_instances<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     query: &Query<S::Lane>,
+    rows: &[u32; LANES],
     hits: u8,
 ) -> Surfaces<S::Lane> {
-    let row = |surface| scene.ranks.stretch(surface).map_or(u32::MAX, |row| row as u32);
-    let rows = each_number(&query.met(hits), row);
     let (mut all, mut waiting) = (Surfaces::default(), hits);
     while waiting != 0 {
         let row = rows[waiting.trailing_zeros() as usize & (LANES - 1)];
-        let same = equal_lanes(&rows, row) & waiting;
+        let same = equal_lanes(rows, row) & waiting;
         waiting &= !same;
         let found = Placed::of(scene, row).resolve(query, same);
         all.put(&found, Mask::from_bits(same));

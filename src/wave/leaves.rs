@@ -55,23 +55,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
         let noted = Self::only_notes(run);
-        if run.kind == INSTANCE {
-            // (Never see-through.)
-            let lanes = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
-            let found = self.instances(run, 0, &lanes);
-            let mut changed = 0;
-            for k in bits(which) {
-                if found[k] != 0 {
-                    packets[k].found(found[k], self.queries[k].t, ANY);
-                    changed |= 1 << k;
-                }
-            }
-            if ANY && changed != 0 {
-                self.blocker = Some(*run);
-            }
-            return changed;
-        }
-        if run.kind != COMPOSITE && !noted {
+        if run.kind < COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
             let test = TestPackets::<S, B, C, ANY> { rows, which, packets, queries, views, count };
@@ -81,19 +65,26 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             }
             return changed;
         }
+        // (Live rays are waiting for something.)
+        let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
+        let mut found = [0; GROUP];
+        if run.kind == INSTANCE {
+            found = self.instances(run, 0, &live); // (Never see-through.)
+        } else {
+            for k in bits(which) {
+                let lanes = live[k];
+                found[k] = if noted { self.run(run, k, lanes) } else { self.composites(run, k, lanes) };
+            }
+        }
         let mut changed = 0;
         for k in bits(which) {
-            let state = &mut packets[k];
-            // (Live rays are waiting for something.)
-            let lanes =
-                if noted { self.run(run, k, state.live()) } else { self.composites(run, k, state.live()) };
-            if lanes != 0 {
-                if ANY {
-                    self.blocker = Some(*run);
-                }
-                state.found(lanes, self.queries[k].t, ANY);
+            if found[k] != 0 {
+                packets[k].found(found[k], self.queries[k].t, ANY);
                 changed |= 1 << k;
             }
+        }
+        if ANY && changed != 0 {
+            self.blocker = Some(*run);
         }
         changed
     }
