@@ -3,9 +3,9 @@
 
 use super::instances::Instances;
 use super::primitives::Gathered;
-use super::{COMPOSITE, Columns, Flat, Geometry, INSTANCE, Kind, PART};
+use super::{COMPOSITE, Columns, Flat, Geometry, INSTANCE, Kind, PART, WithBlock};
 use crate::bvh::{Items, Preset, Run, build};
-use crate::kernel::{Aabb, Ranks};
+use crate::kernel::{Aabb, Block, Ranks};
 use crate::lane::Scalar;
 use crate::parallel;
 
@@ -52,6 +52,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Pres
     }
     csg.composites = order.iter().map(|&number| csg.composites[number as usize].clone()).collect();
 
+    let blurred = S::from_f64(blurred(&columns, &bvh.bounds));
     Geometry {
         origin,
         columns,
@@ -66,6 +67,26 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Pres
         unbounded,
         bvh,
         classes,
+        blurred,
+    }
+}
+
+/// See [`Geometry::blurred`]. A few large and slanting things must not have all rays looked at again.
+fn blurred<S: Scalar>(columns: &Columns<S>, bounds: &Aabb) -> f64 {
+    if S::UNIT_ROUNDOFF == f64::UNIT_ROUNDOFF {
+        return 0.0;
+    }
+    let most = (bounds.max - bounds.min).length() / 64.0;
+    Kind::ALL.iter().map(|&kind| columns.with(kind as u8, Blurred)).fold(0.0, f64::max).min(most)
+}
+
+struct Blurred;
+
+impl<S: Scalar> WithBlock<S> for Blurred {
+    type Output = f64;
+
+    fn block<K: Block<S>>(self, block: &K) -> f64 {
+        block.blurred()
     }
 }
 

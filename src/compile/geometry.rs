@@ -36,6 +36,9 @@ pub struct Geometry<S: Scalar, B: Scalar> {
     pub bvh: Bvh<B>,
     /// Union of the classes of all runs.
     pub classes: u8,
+    /// What is nearer to a ray's start than this is not told well by single precision (see [`Block::blurred`](crate::kernel::Block::blurred)):
+    /// in scene units, 0 in double precision.
+    pub blurred: S,
 }
 
 impl<S: Scalar, B: Scalar> Geometry<S, B> {

@@ -50,6 +50,7 @@ pub use triangle::{SmoothTriangles, Triangles, View};
 
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, bits, equal_lanes};
 use crate::parallel;
+use glam::DVec3;
 
 /// Eight rays with unit directions.
 #[derive(Debug, Clone, Copy, Default)]
@@ -277,6 +278,17 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         0
     }
 
+    /// Where a ray crosses a typical row nearer than this, single precision may not tell the distance within 1e-5 of itself, since what
+    /// it is worked out from is so much longer; [`Block::sharpened`] does. 0 for kinds that do not ask for it.
+    fn blurred(&self) -> f64 {
+        0.0
+    }
+
+    /// The distance along the ray from `origin` along `dir`, which crosses primitive `i` at about `t`: in double precision.
+    fn sharpened(&self, _i: usize, _origin: DVec3, _dir: DVec3, t: f64) -> f64 {
+        t
+    }
+
     /// Where eight rays change between outside and inside of primitive `i`, in the form of [`Block::roots`].
     ///
     /// The crossings themselves, except where a shape's surface is not all of its boundary: open cones and cylinders
@@ -337,6 +349,15 @@ pub(crate) fn first_beyond<L: Lane>(roots: impl DoubleEndedIterator<Item = L>, f
         t = root.gt(from).select(root, t);
     }
     t
+}
+
+/// Helper for [`Block::blurred`]: the mean of some thousand of the rows' `f`.
+pub(crate) fn typical(rows: usize, f: impl Fn(usize) -> f64) -> f64 {
+    let (mut sum, mut asked) = (0.0, 0);
+    for i in (0..rows).step_by(rows / 4096 + 1) {
+        (sum, asked) = (sum + f(i), asked + 1);
+    }
+    sum / f64::from(asked.max(1))
 }
 
 /// Helper for [`Block::permute`]: one column in a new order.

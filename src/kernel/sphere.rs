@@ -1,7 +1,7 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
 use super::fours::{Four, Fours};
-use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four, one_row};
+use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four, one_row, typical};
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
@@ -114,6 +114,22 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     #[inline(always)]
     fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
         near_crossings(self.rows.four(four), ray, limits, left)
+    }
+
+    fn blurred(&self) -> f64 {
+        // From 1/300 of the radius on, if the ray comes from straight above.
+        typical(self.rows.len(), |i| self.rows.row(i)[3].to_f64()) / 16.0
+    }
+
+    fn sharpened(&self, i: usize, origin: DVec3, dir: DVec3, t: f64) -> f64 {
+        // As `crossings`.
+        let [x, y, z, radius] = self.rows.row(i).map(S::to_f64);
+        let f = DVec3::new(x, y, z) - origin;
+        let b = f.dot(dir);
+        let square = radius * radius - (f - dir * b).length_squared();
+        let q = b + square.sqrt().copysign(b);
+        let near = (f.dot(f) - radius * radius) / q;
+        if (near - t).abs() < (q - t).abs() { near } else { q }
     }
 
     fn resolve(

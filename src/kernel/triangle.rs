@@ -4,7 +4,7 @@ use super::fours::{Four, Fours};
 use super::plane::finite;
 use super::{
     Aabb, Block, Center, Left, Outlines, Passing, Ray, Rays, Surfaces, dot_four, first_beyond, gather,
-    less_four, permuted,
+    less_four, permuted, typical,
 };
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use crate::parallel;
@@ -261,6 +261,13 @@ fn row_of<S: Scalar>(corners: [DVec3; 3], front: Option<DVec3>) -> [S; 12] {
     std::array::from_fn(|k| if k < 9 { corners[k / 3][k % 3] } else { S::from_f64(normal[k - 9]) })
 }
 
+/// How long the parts are, at most, that add up to how high a ray starts above a triangle's plane, where it starts near the triangle: a sum
+/// that is much less than they are is lost to their roundings. Nothing where the plane is square to an axis, however large the
+/// triangle.
+fn reach([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
+    normal.abs().dot(a.max(b).max(c) - a.min(b).min(c))
+}
+
 /// The unit normal of a triangle, zero if it has no area.
 ///
 /// Taken at the corner between the two shorter edges, where a needle's edges are least alike, and with products that
@@ -393,6 +400,19 @@ impl<S: Scalar> Block<S> for Triangles<S> {
         [S::Lane::lit(f64::NAN)]
     }
 
+    fn blurred(&self) -> f64 {
+        typical(self.rows.len(), |i| {
+            let row = self.rows.row(i);
+            reach(self.corners_of(i), DVec3::new(row[9].to_f64(), row[10].to_f64(), row[11].to_f64()))
+        })
+    }
+
+    fn sharpened(&self, i: usize, origin: DVec3, dir: DVec3, _t: f64) -> f64 {
+        let [a, b, c] = self.corners_of(i);
+        let normal = (b - a).cross(c - a);
+        normal.dot(a - origin) / normal.dot(dir)
+    }
+
     fn resolve(
         &self,
         index: &[u32; LANES],
@@ -518,6 +538,14 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     #[inline(always)]
     fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
         self.flat.boundary(i, rays, left)
+    }
+
+    fn blurred(&self) -> f64 {
+        self.flat.blurred()
+    }
+
+    fn sharpened(&self, i: usize, origin: DVec3, dir: DVec3, t: f64) -> f64 {
+        self.flat.sharpened(i, origin, dir, t)
     }
 
     /// The normal is the corners' normals blended by their weights (manual section 3.4.3.7); the flat one where

@@ -4,6 +4,7 @@ use super::composite::composites;
 use super::instances::Placed;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
+use super::sharpen::sharpen;
 use super::trace::Tracer;
 use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, NO_SURFACE, SurfaceId, WithBlock, class};
@@ -220,6 +221,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
                 }
             }
             self.count.add(inner.trace_counting::<S, C, ANY>(placed.mesh, &mut moved, !0, (&mut None, None)));
+            if !ANY {
+                sharpen(placed.mesh, &mut moved);
+            }
             for (moved, (k, length)) in moved.iter().zip(lengths) {
                 let hits = moved.hits();
                 if hits != 0 {

@@ -24,6 +24,7 @@ mod queue;
 mod rows;
 mod shade;
 mod shadow;
+mod sharpen;
 mod shown;
 mod stream;
 mod sums;

@@ -4,6 +4,7 @@ use super::leaves::{LeafBuffers, Leaves, Noted};
 use super::light_buffer::Cones;
 use super::query::{GROUP, Query};
 use super::rows::Views;
+use super::sharpen::sharpen;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Geometry, class};
 use crate::csg::Stretch;
@@ -43,6 +44,7 @@ impl<B: Scalar> Tracer<B> {
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
     pub fn nearest<S: Scalar>(&mut self, scene: &Geometry<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
         self.trace::<S, false>(scene, queries, filter, (&mut None, None));
+        sharpen(scene, queries);
     }
 
     /// Whether anything that blocks light is hit before `t`: in lanes where it is, `surface` names something hit (not
