@@ -131,7 +131,7 @@ pub(super) struct Machine<'a> {
     /// What `#fopen` has opened.
     pub data_files: super::data_file::DataFiles,
     /// What was asked about last by `trace` and `inside`.
-    pub solids: Vec<(Arc<crate::scene::Object>, crate::reference::Solid)>,
+    pub solids: Vec<super::geometry::Known>,
     pub warned: rustc_hash::FxHashSet<(Span, &'static str)>,
     /// How many warnings there were of each kind.
     pub warnings: FxHashMap<&'static str, usize>,

@@ -7,10 +7,11 @@
 //!
 //! In reading order: `camera` makes rays; `world` resolves the scene into a tree of leaves; `shape` crosses a line with
 //! one shape and `trail` with a composite; `trace` follows a ray; `light`, `surface`, `reflect`, `interior` and `pattern`
-//! say what it sees.
+//! say what it sees. A script's `trace` and `inside` are answered here, too, and they alone by way of `box_tree`.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)`: NaN fails")]
 
+mod box_tree;
 mod camera;
 mod interior;
 mod light;
@@ -27,12 +28,17 @@ mod world;
 #[cfg(test)]
 mod tests;
 
+pub use box_tree::PartBox;
+pub use world::Bounds;
+
 use crate::film::{Pixel, RayCounts};
 use crate::scene::{Color, Object, Pigment, Scene};
+use box_tree::Tally;
 use glam::DVec3;
 use ray::{Ray, RayKind};
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use trace::Tracer;
 use world::{Node, World};
 
@@ -87,32 +93,28 @@ pub fn nearest_hit(scene: &Scene, origin: DVec3, dir: DVec3) -> Option<Hit> {
 /// One object, made ready to be asked any number of times.
 pub struct Solid {
     node: Node,
-    boxes: Vec<Option<PartBox>>,
+    tally: Tally,
 }
 
-/// Lowest and highest corner of what holds a part's surface.
-pub type PartBox = (DVec3, DVec3);
-
 impl Solid {
-    /// Resolves the object; takes some hundred bytes for each of its parts. If it is a union, `boxes` may say, child by child,
-    /// where lines need not look; it is empty if nothing is known.
-    pub fn new(object: &Arc<Object>, boxes: Vec<Option<PartBox>>) -> Self {
-        Self { node: world::alone(object), boxes }
+    /// Resolves the object; takes some hundred bytes for each of its parts. `bounds` tells what holds a shape, its inside too, in
+    /// the space that its transform leads to, if anything does; lines need not look where there is none.
+    pub fn new(object: &Arc<Object>, bounds: Bounds) -> Self {
+        let tally = Tally::default();
+        Self { node: world::alone(object, bounds, &tally), tally }
     }
 
     /// What a line from `origin` along the unit `dir` meets first; the normal points out of the object.
     pub fn meet(&self, origin: DVec3, dir: DVec3) -> Option<Hit> {
         let ray = Ray::new(origin, dir, RayKind::Camera);
-        let hit = match self.node.parts_of_union() {
-            Some(parts) if parts.len() == self.boxes.len() => {
-                let near = |part: &Option<PartBox>| part.is_none_or(|part| may_meet(part, origin, dir));
-                let parts = parts.iter().zip(&self.boxes).filter(|(_, part)| near(part));
-                world::nearest(parts.map(|(part, _)| part), &ray, f64::INFINITY)
-            }
-            _ => world::nearest(std::slice::from_ref(&self.node), &ray, f64::INFINITY),
-        }?;
+        let hit = world::nearest(std::slice::from_ref(&self.node), &ray, f64::INFINITY)?;
         let normal = if hit.backside { -hit.normal } else { hit.normal };
         Some(Hit { t: hit.t, point: hit.face.point, normal, object: 0 })
+    }
+
+    /// How many boxes and parts have been held against lines so far.
+    pub fn asked(&self) -> u64 {
+        self.tally.load(Ordering::Relaxed)
     }
 
     /// True if `point` is inside.
@@ -121,27 +123,6 @@ impl Solid {
         const ASKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);
         self.node.trail(&Ray::new(point, ASKEW, RayKind::Camera)).is_inside_at_start()
     }
-}
-
-/// Boxes are widened by this share of the coordinates: thousands of times the roundings of a corner and of a crossing.
-const BOX_PAD: f64 = 1e-9;
-
-/// False if a line ahead of `origin` passes by a box.
-fn may_meet((min, max): PartBox, origin: DVec3, dir: DVec3) -> bool {
-    let pad = min.abs().max(max.abs()).max(origin.abs()).max_element() * BOX_PAD;
-    let (mut near, mut far) = (0.0f64, f64::INFINITY);
-    for axis in 0..3 {
-        let (low, high) = (min[axis] - pad - origin[axis], max[axis] + pad - origin[axis]);
-        if dir[axis] == 0.0 {
-            if low > 0.0 || high < 0.0 {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = (low / dir[axis], high / dir[axis]);
-        (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
-    }
-    near <= far
 }
 
 /// The colour of a pigment at a point of the space it stands in, by the usual noise.

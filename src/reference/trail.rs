@@ -109,10 +109,15 @@ impl Node {
     pub fn unclipped<'w>(&'w self, ray: &Ray) -> Trail<'w> {
         match &self.kind {
             NodeKind::Leaf(leaf) => leaf.trail(ray),
-            NodeKind::Group { join, children, last_shows, .. } => {
+            NodeKind::Group { join, children, near, last_shows, .. } => {
                 let mut parts = Parts::new(*join, *last_shows);
-                for child in children {
-                    parts.add(child.trail(ray));
+                match near {
+                    None => children.iter().for_each(|child| parts.add(child.trail(ray))),
+                    Some(near) => {
+                        let (met, inside) = near.met_by(ray);
+                        parts.pass_by(children.len() - met.len(), inside);
+                        met.iter().for_each(|&child| parts.add(children[child as usize].trail(ray)));
+                    }
                 }
                 parts.combine()
             }
@@ -129,7 +134,10 @@ impl Leaf {
             dir: from_world.vector(ray.dir),
             left: departure.map(|departure| departure.part),
         };
-        let roots = shape::cross(self.shape(), &line);
+        let roots = match (self.shape(), &self.triangles) {
+            (Shape::Mesh(mesh), Some(triangles)) => shape::cross_near(mesh, &line, triangles),
+            (shape, _) => shape::cross(shape, &line),
+        };
         let mut inside = roots.starts_inside != (self.inverted && self.solid);
         let starts_inside = inside;
         let mut crossing = |root: &Root| {
@@ -181,6 +189,12 @@ impl<'w> Parts<'w> {
             let rest = trail.crossings.into_iter().peekable();
             self.cursors.push(Cursor { inside: trail.starts_inside, rest });
         }
+    }
+
+    /// Counts children whose surfaces the line does not meet: it is inside of so many of them, all the way.
+    fn pass_by(&mut self, children: usize, inside: usize) {
+        self.state.inside += inside;
+        self.state.all += children;
     }
 
     /// Joins the trails.
@@ -237,14 +251,18 @@ fn next(cursors: &mut [Cursor]) -> Option<(f64, f64)> {
 
 /// How many of a group's children the line is in.
 #[derive(Clone, Copy)]
-struct Children {
-    join: Join,
-    inside: usize,
-    all: usize,
+pub struct Children {
+    /// How they are joined.
+    pub join: Join,
+    /// Those that it is in.
+    pub inside: usize,
+    /// All there are.
+    pub all: usize,
 }
 
 impl Children {
-    fn is_inside(&self) -> bool {
+    /// Whether it is in the group then.
+    pub fn is_inside(&self) -> bool {
         match self.join {
             Join::Union | Join::Merge => self.inside > 0,
             Join::Intersection => self.inside == self.all,

@@ -3,12 +3,14 @@
 //! A [`Scene`] comes in; a tree of [`Node`]s goes out, in which nothing is inherited any more, `inverse` stands only at
 //! leaves, and difference has become intersection. Then: which surface a ray meets first.
 
+use super::box_tree::{BoxTree, PartBox, Reach, Tally};
 use super::interior::{InteriorId, Media};
 use super::ray::{Ray, RayKind};
 use super::shape;
-use super::trail::{Crossing, Face};
-use crate::scene::{CsgOp, Flags, Interior, Object, Scene, Shape, Texture, Transform};
+use super::trail::{Children, Crossing, Face};
+use crate::scene::{CsgOp, Flags, Interior, Mesh, MeshTriangle, Object, Scene, Shape, Texture, Transform};
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use smallvec::{SmallVec, smallvec};
 use std::sync::{Arc, LazyLock};
 
@@ -49,11 +51,22 @@ pub enum NodeKind {
         join: Join,
         /// In order of declaration.
         children: Vec<Node>,
+        /// Which of them a line may meet, if somebody has taken the trouble to know.
+        near: Option<Near>,
         /// A face cut into it can show the textures of this many of its children: all, or the first of a difference.
         cuttable: usize,
         /// Of faces of several children at one place the last one's is seen, else the first one's.
         last_shows: bool,
     },
+}
+
+/// What lines pass by in a group, and the state of what they pass by.
+pub struct Near {
+    tree: BoxTree,
+    /// The children that a line is inside of which passes by them: those that are inside out.
+    inside_out: Vec<bool>,
+    /// How many those are.
+    insides: usize,
 }
 
 /// How the children of a group are joined. Difference is an intersection whose other children are inside out.
@@ -83,6 +96,8 @@ pub struct Leaf {
     pub reach: f64,
     /// What its surface shows.
     pub look: Look,
+    /// Which triangles of a mesh a line may meet, if that is known.
+    pub triangles: Option<Arc<BoxTree>>,
 }
 
 /// What a leaf has of its own or from its ancestors.
@@ -200,7 +215,7 @@ pub fn nearest<'w>(nodes: impl IntoIterator<Item = &'w Node>, ray: &Ray, t_max: 
     let parts = nodes
         .into_iter()
         .enumerate()
-        .flat_map(|(object, node)| node.separate().into_iter().map(move |part| (object, part)));
+        .flat_map(|(object, node)| node.separate(ray).into_iter().map(move |part| (object, part)));
     for (object, node) in parts {
         let lone = matches!(node.kind, NodeKind::Leaf(_)) && node.clips.is_empty();
         for crossing in node.trail(ray).crossings {
@@ -224,30 +239,39 @@ pub fn nearest<'w>(nodes: impl IntoIterator<Item = &'w Node>, ray: &Ray, t_max: 
     Some(Met { t: crossing.t, slack: crossing.slack, face, normal, backside, object })
 }
 
-/// One object, resolved by itself.
-pub fn alone(object: &Arc<Object>) -> Node {
-    Builder::default().top_level(object)
+/// One object, resolved by itself, and what lines pass by in it: all that `bounds` tells a box of, in the world. What is in a
+/// shape that has one must be in its box, too. `tally` counts what is asked.
+pub fn alone(object: &Arc<Object>, bounds: Bounds, tally: &Tally) -> Node {
+    let sieve = Sieve { bounds, tally: tally.clone(), meshes: FxHashMap::default() };
+    Builder { sieve: Some(sieve), ..Builder::default() }.top_level(object)
 }
 
+/// Tells the box of a shape in the space that its transform leads to.
+pub type Bounds<'b> = &'b dyn Fn(&Shape, &Transform) -> Option<PartBox>;
+
 impl Node {
-    /// Its parts, if its surfaces are just theirs.
-    pub fn parts_of_union(&self) -> Option<&[Node]> {
+    /// Its parts, if it is no more than they are, and which of them lines may meet.
+    fn split_parts(&self) -> Option<(&[Node], Option<&Near>)> {
         match &self.kind {
-            NodeKind::Group { join: Join::Union, children, .. } if self.clips.is_empty() => Some(children),
+            NodeKind::Group { join: Join::Union, children, near, .. }
+                if self.split && self.clips.is_empty() =>
+            {
+                Some((children, near.as_ref()))
+            }
             _ => None,
         }
     }
 
-    /// Its parts, if it is no more than they are.
-    fn split_parts(&self) -> Option<&[Node]> {
-        self.parts_of_union().filter(|_| self.split)
-    }
-
-    /// The parts of a union, of unions in it too, each of which is as good as an object of its own; or the node itself.
-    fn separate(&self) -> SmallVec<[&Self; 1]> {
+    /// The parts of a union, of unions in it too, each of which is as good as an object of its own; or the node itself. Parts that
+    /// the ray is known to pass by may be left out.
+    fn separate(&self, ray: &Ray) -> SmallVec<[&Self; 1]> {
         match self.split_parts() {
-            Some(parts) => parts.iter().flat_map(Self::separate).collect(),
             None => smallvec![self],
+            Some((parts, None)) => parts.iter().flat_map(|part| part.separate(ray)).collect(),
+            Some((parts, Some(near))) => {
+                let met = near.tree.met_by(ray.origin, ray.dir, Reach::Ahead);
+                met.into_iter().flat_map(|part| parts[part as usize].separate(ray)).collect()
+            }
         }
     }
 
@@ -267,7 +291,7 @@ impl Node {
     }
 
     fn add_media(&self, ray: &Ray, media: &mut Media) {
-        if let Some(parts) = self.split_parts() {
+        if let Some((parts, _)) = self.split_parts() {
             return parts.iter().for_each(|part| part.add_media(ray, media));
         }
         if self.surrounds(ray, self.open_to_eyes) {
@@ -304,11 +328,44 @@ fn is_hidden(flags: &Flags, kind: RayKind) -> bool {
 /// POV-Ray's default texture.
 static DEFAULT_TEXTURE: LazyLock<Arc<Texture>> = LazyLock::new(Arc::default);
 
+impl Near {
+    fn new(around: &[Option<Around>], tally: &Tally) -> Self {
+        let boxes: Vec<_> = around.iter().map(|around| around.as_ref().map(|around| around.bounds)).collect();
+        let inside_out: Vec<_> =
+            around.iter().map(|around| around.as_ref().is_some_and(|around| around.inside_out)).collect();
+        let insides = inside_out.iter().filter(|&&inside_out| inside_out).count();
+        Self { tree: BoxTree::new(&boxes, 1, tally), inside_out, insides }
+    }
+
+    /// The children that a line may meet, and how many of the others it is inside of, all the way.
+    pub fn met_by(&self, ray: &Ray) -> (SmallVec<[u32; 16]>, usize) {
+        let met = self.tree.met_by(ray.origin, ray.dir, Reach::Whole);
+        let asked = met.iter().filter(|&&child| self.inside_out[child as usize]).count();
+        (met, self.insides - asked)
+    }
+}
+
 /// Hands out numbers for leaves and interiors while the tree is built.
 #[derive(Default)]
-struct Builder {
+struct Builder<'b> {
     leaves: usize,
     interiors: Vec<Arc<Interior>>,
+    /// If lines shall be told what they pass by.
+    sieve: Option<Sieve<'b>>,
+}
+
+/// What tells lines what they pass by.
+struct Sieve<'b> {
+    bounds: Bounds<'b>,
+    tally: Tally,
+    /// By their addresses, which stay theirs as long as the object is there.
+    meshes: FxHashMap<*const Mesh, Arc<BoxTree>>,
+}
+
+/// What is known of a node from afar: a line that does not meet the box meets no surface, and is outside, or inside all the way.
+struct Around {
+    bounds: PartBox,
+    inside_out: bool,
 }
 
 /// What a child has from its parent.
@@ -342,7 +399,7 @@ enum Within {
     Intersection,
 }
 
-impl Builder {
+impl Builder<'_> {
     fn top_level(&mut self, object: &Arc<Object>) -> Node {
         // Every object has an interior; one that is not given is of its own kind of air.
         let interior = match &object.interior {
@@ -362,9 +419,10 @@ impl Builder {
                 last_shows: true,
             },
         )
+        .0
     }
 
-    fn node(&mut self, object: &Arc<Object>, parent: &Inherited) -> Node {
+    fn node(&mut self, object: &Arc<Object>, parent: &Inherited) -> (Node, Option<Around>) {
         let place = |texture: &Arc<Texture>| PlacedTexture::new(texture, &parent.to_world);
         let look = Look {
             texture: object.texture.as_ref().map(place).or_else(|| parent.look.texture.clone()),
@@ -383,7 +441,7 @@ impl Builder {
         let split = parent.within == Within::Scene && object.is_split();
         let clipped = !object.clipped_by().is_empty();
         let to_world = object.transform.then(&parent.to_world);
-        let kind = match &object.shape {
+        let (kind, around) = match &object.shape {
             Shape::Csg { op, children, .. } => {
                 let (join, first_inverted, others_inverted) = join(*op, inverted, turned);
                 let within = match join {
@@ -407,20 +465,30 @@ impl Builder {
                     };
                     self.node(child, &inherited)
                 };
-                let children: Vec<_> = children.iter().enumerate().map(&mut child).collect();
+                let (children, around): (Vec<_>, Vec<_>) =
+                    children.iter().enumerate().map(&mut child).unzip();
                 let cuttable = if *op == CsgOp::Difference { 1 } else { children.len() };
-                NodeKind::Group { join, children, cuttable, last_shows: parent.last_shows }
+                let near = self.sieve.as_ref().map(|sieve| Near::new(&around, &sieve.tally));
+                let kind = NodeKind::Group { join, children, near, cuttable, last_shows: parent.last_shows };
+                (kind, Around::all(join, &around))
             }
-            _ => NodeKind::Leaf(self.leaf(object, to_world, inverted, look.clone())),
+            _ => {
+                let leaf = self.leaf(object, to_world, inverted, look.clone());
+                let bounds = self.sieve.as_ref().and_then(|sieve| (sieve.bounds)(leaf.shape(), &to_world));
+                let inside_out = leaf.inverted && leaf.solid;
+                (NodeKind::Leaf(leaf), bounds.map(|bounds| Around { bounds, inside_out }))
+            }
         };
         // Clips stand in the parent's space and are not turned inside out with the object.
         let outside =
             Inherited { inverted: false, turned: false, within: Within::Intersection, ..parent.clone() };
-        let clips = object.clipped_by().iter().map(|clip| self.node(clip, &outside)).collect();
+        let clips: Vec<_> = object.clipped_by().iter().map(|clip| self.node(clip, &outside).0).collect();
+        // Where it is inside all the way, it is its clips that a line enters and leaves.
+        let around = around.filter(|around| clips.is_empty() || !around.inside_out);
         // POV-Ray asks of an eye's surroundings only what is in the object's own box, which what clips it makes smaller
         // if the object has no end, and then only the object itself (measured).
         let open_to_eyes = clipped && !object.is_endless();
-        Node { kind, clips, interior: look.interior, split, open_to_eyes }
+        (Node { kind, clips, interior: look.interior, split, open_to_eyes }, around)
     }
 
     fn leaf(&mut self, object: &Arc<Object>, to_world: Transform, inverted: bool, mut look: Look) -> Leaf {
@@ -447,6 +515,10 @@ impl Builder {
             solid: shape::is_solid(shape),
             reach: reach.max_element(),
             look,
+            triangles: match (&mut self.sieve, shape) {
+                (Some(sieve), Shape::Mesh(mesh)) => Some(sieve.triangles(mesh)),
+                _ => None,
+            },
         }
     }
 
@@ -461,6 +533,33 @@ impl Builder {
         }
         let known = self.interiors.iter().position(|known| Arc::ptr_eq(known, interior));
         known.map_or_else(|| self.fresh(interior), InteriorId)
+    }
+}
+
+impl Sieve<'_> {
+    fn triangles(&mut self, mesh: &Arc<Mesh>) -> Arc<BoxTree> {
+        /// To ask four triangles costs about what it costs to tell them apart.
+        const TRIANGLES_A_BOX: usize = 4;
+        let around = |triangle: &MeshTriangle| {
+            let [a, b, c] = triangle.vertices.map(|vertex| mesh.vertices[vertex as usize]);
+            Some((a.min(b).min(c), a.max(b).max(c)))
+        };
+        let tree = || {
+            let boxes: Vec<_> = mesh.triangles.iter().map(around).collect();
+            Arc::new(BoxTree::new(&boxes, TRIANGLES_A_BOX, &self.tally))
+        };
+        self.meshes.entry(Arc::as_ptr(mesh)).or_insert_with(tree).clone()
+    }
+}
+
+impl Around {
+    /// What is known of a group, if something is of each of its children.
+    fn all(join: Join, children: &[Option<Around>]) -> Option<Self> {
+        let mut known = children.iter().flatten();
+        let first = known.next().filter(|_| children.iter().all(Option::is_some))?.bounds;
+        let bounds = known.fold(first, |a, b| (a.0.min(b.bounds.0), a.1.max(b.bounds.1)));
+        let inside = children.iter().flatten().filter(|child| child.inside_out).count();
+        Some(Self { bounds, inside_out: Children { join, inside, all: children.len() }.is_inside() })
     }
 }
 

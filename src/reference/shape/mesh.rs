@@ -2,7 +2,9 @@
 
 use super::triangle::Sheared;
 use super::{Line, Root, Roots};
-use crate::scene::{Mesh, MeshTriangle};
+use crate::reference::box_tree::{BoxTree, Reach};
+use crate::scene::Mesh;
+use glam::DVec2;
 
 /// All triangles in turn; a triangle's index is its part of the surface.
 ///
@@ -11,23 +13,32 @@ use crate::scene::{Mesh, MeshTriangle};
 pub fn cross(mesh: &Mesh, line: &Line) -> Roots {
     let sheared = Sheared::new(line);
     let projected: Vec<_> = mesh.vertices.iter().map(|&vertex| sheared.project(vertex)).collect();
-    let solid = mesh.inside_vector.is_some();
-    let meet = |(part, triangle): (usize, &MeshTriangle)| {
-        let corners = || {
-            let normals = triangle.normals.map(|normals| normals.map(|i| mesh.normals[i as usize]));
-            (triangle.vertices.map(|i| mesh.vertices[i as usize]), normals)
-        };
-        let [a, b, c] = triangle.vertices;
-        let seen = [projected[a as usize], projected[b as usize], projected[c as usize]];
-        let root = sheared.meet(seen, corners, part)?;
-        Some(Root { toggles: solid, ..root })
+    let met = |part| meet(mesh, &sheared, part, |vertex| projected[vertex as usize]);
+    Roots::sorted((0..mesh.triangles.len()).filter_map(met).collect())
+}
+
+/// The same, of which only those triangles are asked that the line may meet.
+pub fn cross_near(mesh: &Mesh, line: &Line, triangles: &BoxTree) -> Roots {
+    let sheared = Sheared::new(line);
+    let near = triangles.met_by(line.origin, line.dir, Reach::Whole);
+    let project = |vertex| sheared.project(mesh.vertices[vertex as usize]);
+    Roots::sorted(near.iter().filter_map(|&part| meet(mesh, &sheared, part as usize, project)).collect())
+}
+
+fn meet(mesh: &Mesh, sheared: &Sheared, part: usize, project: impl Fn(u32) -> DVec2) -> Option<Root> {
+    let triangle = &mesh.triangles[part];
+    let corners = || {
+        let normals = triangle.normals.map(|normals| normals.map(|i| mesh.normals[i as usize]));
+        (triangle.vertices.map(|i| mesh.vertices[i as usize]), normals)
     };
-    Roots::sorted(mesh.triangles.iter().enumerate().filter_map(meet).collect())
+    let root = sheared.meet(triangle.vertices.map(project), corners, part)?;
+    Some(Root { toggles: mesh.inside_vector.is_some(), ..root })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::MeshTriangle;
     use glam::DVec3;
 
     /// An octahedron: the least closed mesh with corners of four edges on the axes.

@@ -14,6 +14,8 @@ mod sphere;
 mod torus;
 mod triangle;
 
+pub use mesh::cross_near;
+
 use crate::scene::Shape;
 use glam::DVec3;
 use smallvec::SmallVec;
