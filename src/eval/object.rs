@@ -206,7 +206,8 @@ impl Machine<'_> {
                 }
                 if let Some(interior) = material.interior {
                     lacks.add(&interior.lacks);
-                    object.interior = Some(interior.value);
+                    // One of its own: two things of one material that overlap are two, as a ray counts them (measured).
+                    object.interior = Some(Arc::new(Interior::clone(&interior.value)));
                     value.facts.interior = true;
                 }
             }
