@@ -1,18 +1,20 @@
 //! What see-through surfaces leave of the light on its way: along shadow rays that nothing opaque blocks.
 //!
-//! Rays that meet one primitive are through with its crossings; where several are in the way, rays go from surface to
-//! surface, nearest first, as which of two surfaces at one place counts is decided there.
+//! Which of two surfaces at one place counts is decided nearest first. Where only primitives are in the way, their crossings are put in
+//! that order; through composites, rays go from surface to surface.
 
+use super::crossings::{Crossing, Crossings, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
-use super::query::{Query, start_rounding};
+use super::query::{Query, START_ROUNDINGS, start_rounding};
 use super::queue::{Feelers, Lines};
 use super::trace::Tracer;
-use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, WithBlock, class};
-use crate::kernel::{Block, Left, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_number, equal_lanes, f32x8};
+use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, class};
+use crate::kernel::{Rays, Surfaces};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8};
 use crate::texture::{Colors, PigmentProgram};
+use glam::DVec3;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 pub struct Rest<L> {
@@ -40,71 +42,164 @@ impl<L: Lane> Rest<L> {
     }
 }
 
-/// What a surface lets through wherever and however rays meet it, if that is all they meet there: one colour, and an interior that
-/// neither gathers nor swallows light.
-fn one_tint<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, surface: SurfaceId) -> Option<Vec3<f32x8>> {
-    let owner = &scene.owners[scene.geometry.owner_of(surface) as usize];
-    let interior = &scene.interiors[owner.interior as usize];
-    let [texture, b, c] = owner.textures;
-    let row = &scene.textures.textures[texture as usize];
-    let layers = &scene.textures.programs[row.program as usize].layers;
-    let alike = b == texture && c == texture && owner.interior_texture.is_none() && !owner.blocks;
-    let clear = interior.caustics == 0.0 && interior.fade_power <= 0.0;
-    let plain = layers.iter().all(|layer| matches!(layer.pigment, PigmentProgram::Plain));
-    let anywhere = || texture_filter(scene, texture, Vec3::default(), (0.0, S::Lane::zero()));
-    (alike && clear && plain).then(anywhere)
+/// What textures let through wherever rays meet them, by their numbers, as far as that was asked for; of those that let through
+/// one colour everywhere.
+#[derive(Debug, Default)]
+struct Tints(Vec<Option<Option<[f32; 3]>>>);
+
+impl Tints {
+    /// What a surface lets through wherever and however rays meet it, if that is all they meet there: one colour, and an interior
+    /// that neither gathers nor swallows light.
+    #[inline(always)]
+    fn of<S: Scalar, B: Scalar>(&mut self, scene: &Compiled<S, B>, surface: SurfaceId) -> Option<[f32; 3]> {
+        let owner = &scene.owners[scene.geometry.owner_of(surface) as usize];
+        let interior = &scene.interiors[owner.interior as usize];
+        let [texture, b, c] = owner.textures;
+        let alike = b == texture && c == texture && owner.interior_texture.is_none() && !owner.blocks;
+        let clear = interior.caustics == 0.0 && interior.fade_power <= 0.0;
+        if !(alike && clear) {
+            return None;
+        }
+        match self.0.get(texture as usize) {
+            Some(&Some(known)) => known,
+            _ => self.look_up(scene, texture),
+        }
+    }
+
+    #[cold]
+    fn look_up<S: Scalar, B: Scalar>(&mut self, scene: &Compiled<S, B>, texture: u32) -> Option<[f32; 3]> {
+        let row = &scene.textures.textures[texture as usize];
+        let layers = &scene.textures.programs[row.program as usize].layers;
+        let plain = layers.iter().all(|layer| matches!(layer.pigment, PigmentProgram::Plain));
+        let anywhere = || {
+            let Vec3 { x, y, z } = texture_filter(scene, texture, Vec3::default(), (0.0, S::Lane::zero()));
+            [x, y, z].map(|channel| channel.lanes()[0])
+        };
+        self.0.resize(scene.textures.textures.len(), None);
+        *self.0[texture as usize].insert(plain.then(anywhere))
+    }
 }
 
-/// What the crossings of `surface`, the only one in the way of the rays `lanes` of `query`, leave of their light.
-pub fn through_one<S: Scalar, B: Scalar>(
+/// Buffers for [`through`].
+#[derive(Debug, Default)]
+pub struct Passing {
+    crossings: Crossings,
+    tints: Tints,
+    /// By row, what it lets through, if it is one colour.
+    rows: Vec<Option<[f32; 3]>>,
+}
+
+/// What the primitives in the way of the rays `lanes` of `query` leave of their light.
+pub fn through<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     rays: &Feelers<S::Lane>,
-    query: &mut Query<S::Lane>,
-    (surface, mut lanes): (SurfaceId, u8),
+    (query, lanes): (&mut Query<S::Lane>, u8),
+    in_the_way: &[(SurfaceId, u8)],
+    passing: &mut Passing,
     media: &mut Media,
 ) -> Vec3<f32x8> {
     let mut rest = Rest::of(rays);
-    let on = query.lanes_on(surface) & lanes;
-    let left = Left { on: Mask::from_bits(on), part: query.part };
-    let (lines, mut last, mut after) = (query.rays, S::Lane::zero(), query.t_min);
-    let tint = one_tint(scene, surface);
-    let crossed = |t: S::Lane| {
-        let hits = (t.gt(after) & t.lt(rays.t_max)).bits() & lanes;
-        if hits == 0 {
-            return;
+    let Passing { crossings, tints, rows } = passing;
+    let after = query.t_min;
+    if let &[(surface, _)] = in_the_way {
+        let asked = *query; // (Passing on changes it.)
+        let tint = tints.of(scene, surface).map(|[r, g, b]| Vec3::broadcast([r, g, b]));
+        let mut passage =
+            Passage { scene, query, rest: &mut rest, media, lanes, last: S::Lane::zero(), after };
+        each_crossing(&scene.geometry, &asked, surface, lanes, |t| {
+            let hits = (t.gt(passage.after) & t.lt(asked.t)).bits() & passage.lanes;
+            if hits != 0 {
+                passage.cross((hits, t), &[surface; LANES], tint);
+            }
+        });
+        return rest.filter;
+    }
+    crossings.find(&scene.geometry, query, in_the_way, lanes);
+    rows.clear();
+    rows.extend(in_the_way.iter().map(|&(surface, _)| tints.of(scene, surface)));
+    let (mut colored, mut waiting) = ([Vec3::<f32x8>::lit(1.0).x; 3], 0);
+    for lane in bits(lanes) {
+        let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));
+        match tinted(crossings.of(lane), rows, line, (after.lanes()[lane].to_f64(), S::UNIT_ROUNDOFF)) {
+            Some(filter) => {
+                for (channel, x) in colored.iter_mut().zip(filter) {
+                    channel.lanes_mut()[lane] = x;
+                }
+            }
+            None => waiting |= 1 << lane,
         }
+    }
+    let [x, y, z] = colored;
+    rest.filter = Vec3::new(x, y, z);
+    let mut passage =
+        Passage { scene, query, rest: &mut rest, media, lanes: waiting, last: S::Lane::zero(), after };
+    loop {
+        let (mut hits, mut t, mut surfaces) = (0, S::Lane::zero(), [NO_SURFACE; LANES]);
+        for lane in bits(passage.lanes) {
+            if let Some(crossing) = crossings.next(lane, passage.after.lanes()[lane].to_f64()) {
+                hits |= 1 << lane;
+                t.lanes_mut()[lane] = S::from_f64(crossing.t);
+                surfaces[lane] = in_the_way[crossing.row as usize].0;
+            }
+        }
+        if hits == 0 {
+            return rest.filter;
+        }
+        passage.cross((hits, t), &surfaces, None);
+    }
+}
+
+/// What is left of the light along `line` behind all crossings beyond `after`, if it is one colour that each of the rows lets through.
+fn tinted(
+    crossings: &[Crossing],
+    rows: &[Option<[f32; 3]>],
+    (origin, dir): (DVec3, DVec3),
+    (mut after, unit_roundoff): (f64, f64),
+) -> Option<[f32; 3]> {
+    let mut filter = [1.0f32; 3];
+    for &Crossing { t, row, .. } in crossings {
+        if t <= after {
+            continue;
+        }
+        let tint = rows[row as usize]?;
+        filter = [0, 1, 2].map(|channel| filter[channel] * tint[channel]);
+        if !filter.iter().any(|x| f64::from(x.abs()) >= NO_LIGHT) {
+            return Some([0.0; 3]);
+        }
+        after = t + (origin + dir * t).abs().max_element() * (START_ROUNDINGS * unit_roundoff);
+    }
+    Some(filter)
+}
+
+/// Shadow rays on their way through crossings that are known.
+struct Passage<'a, S: Scalar, B: Scalar> {
+    scene: &'a Compiled<S, B>,
+    query: &'a mut Query<S::Lane>,
+    rest: &'a mut Rest<S::Lane>,
+    media: &'a mut Media,
+    /// Rays that are worth following.
+    lanes: u8,
+    /// Where the last crossing was.
+    last: S::Lane,
+    /// Within the rounding of where a ray would go on from there is nothing new.
+    after: S::Lane,
+}
+
+impl<S: Scalar, B: Scalar> Passage<'_, S, B> {
+    /// Takes rays through `surfaces` at `t` in the lanes `hits`; `tint` is what all of these let through, if it is known.
+    fn cross(&mut self, (hits, t): (u8, S::Lane), surfaces: &[SurfaceId; LANES], tint: Option<Vec3<f32x8>>) {
+        let Self { scene, query, rest, media, last, .. } = self;
         let (point, more) = if let Some(tint) = tint {
-            (lines.origin + lines.dir * t, rest.dim(tint, hits))
+            (query.rays.origin + query.rays.dir * t, rest.dim(tint, hits))
         } else {
-            (query.t, query.surface) = (t, choose(hits, &[surface; LANES], &[NO_SURFACE; LANES]));
+            (query.t, query.surface) = (t, choose(hits, surfaces, &[NO_SURFACE; LANES]));
             let found = resolve(&scene.geometry, query);
-            (found.point, cross(scene, query, &found, (hits, t - last), &mut rest, media))
+            (found.point, cross(scene, query, &found, (hits, t - *last), rest, media))
         };
-        lanes &= more | !hits;
+        self.lanes &= more | !hits;
         let met = Mask::from_bits(hits);
-        last = met.select(t, last);
-        // Within the rounding of where a ray would go on there is nothing new.
-        after = met.select(t + start_rounding(&point), after);
-    };
-    let (kind, row) = scene.geometry.row_of(surface);
-    let left = (on != 0).then_some(&left);
-    scene.geometry.columns.with(kind, EachCrossing { row: row as usize, rays: &lines, left, crossed });
-    rest.filter
-}
-
-/// Hands on the crossings of eight rays with one row, the nearest first.
-struct EachCrossing<'a, L, F> {
-    row: usize,
-    rays: &'a Rays<L>,
-    left: Option<&'a Left<L>>,
-    crossed: F,
-}
-
-impl<S: Scalar, F: FnMut(S::Lane)> WithBlock<S> for EachCrossing<'_, S::Lane, F> {
-    type Output = ();
-
-    fn block<K: Block<S>>(mut self, block: &K) {
-        block.roots(self.row, self.rays, self.left).as_ref().iter().for_each(|&t| (self.crossed)(t));
+        self.last = met.select(t, self.last);
+        self.after = met.select(t + start_rounding(&point), self.after);
     }
 }
 

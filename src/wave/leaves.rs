@@ -1,27 +1,19 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
+use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
 use super::sharpen::sharpen;
 use super::trace::Tracer;
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Geometry, INSTANCE, NO_SURFACE, SurfaceId, WithBlock, class};
+use crate::compile::{COMPOSITE, Geometry, INSTANCE, WithBlock, class};
 use crate::csg::{Scratch, Stretch};
 use crate::kernel::Block;
-use crate::lane::{LANES, Lane, Scalar, bits, choose, each_lane, equal_lanes};
+use crate::lane::{LANES, Lane, Scalar, bits, each_lane};
 use smallvec::SmallVec;
 use std::ops::Range;
-
-/// What see-through things are in the way of a packet of shadow rays.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Noted {
-    /// Rays that meet any.
-    pub lanes: u8,
-    /// Of each of them, the primitive that is the only one it meets; [`NO_SURFACE`] where there may be several.
-    pub only: [SurfaceId; LANES],
-}
 
 /// Buffers for what is in leaves.
 #[derive(Default)]
@@ -42,7 +34,7 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: &'a mut [Option<Stretch>],
     /// By packet, what is see-through in the way of its shadow rays.
-    noted: &'a mut [Noted; GROUP],
+    ways: &'a mut [InTheWay; GROUP],
     /// How its packets' rays see corners.
     views: &'a Views<S>,
     /// What has blocked a shadow ray last.
@@ -145,9 +137,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         (queries, views): (&'a mut [Query<S::Lane>], &'a Views<S>),
         filter: u8,
         (buffers, stretches): (&'a mut LeafBuffers<B>, &'a mut [Option<Stretch>]),
-        noted: &'a mut [Noted; GROUP],
+        ways: &'a mut [InTheWay; GROUP],
     ) -> Self {
-        Self { scene, queries, filter, buffers, stretches, noted, views, blocker: None, count: C::default() }
+        Self { scene, queries, filter, buffers, stretches, ways, views, blocker: None, count: C::default() }
     }
 
     /// Tests a run that has no test of one ray against four rows: the packet's test, with one lane.
@@ -190,7 +182,6 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.test(run, packet, lanes)
     }
 
-    /// The same for what blocks, and for what is only noted.
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
         match run.kind {
@@ -254,30 +245,24 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.scene.columns.with(run.kind, test)
     }
 
-    /// Notes which shadow rays meet the see-through surfaces of a run, and lets them go on. Row by row, as what a ray notes must not
-    /// hang on what else is in a leaf.
-    #[cold]
+    /// Notes where shadow rays meet the see-through surfaces of a run, and lets them go on.
+    #[inline(never)]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
-        for first in run.first..run.first + run.len {
-            let Noted { lanes: known, only } = self.noted[packet];
-            let lanes = lanes & !(known & equal_lanes(&only, NO_SURFACE));
-            if lanes == 0 {
-                return;
-            }
-            let Query { t, surface, .. } = self.queries[packet];
-            let met = self.test(&Run { first, len: 1, ..*run }, packet, lanes);
-            let query = &mut self.queries[packet];
-            (query.t, query.surface) = (t, surface);
-            if met != 0 {
-                let single = run.kind != COMPOSITE;
-                let this = if single { self.scene.base[usize::from(run.kind)] + first } else { NO_SURFACE };
-                // Ray by ray: what one goes through must not hang on its neighbours.
-                let alone = met & (!known | equal_lanes(&only, this));
-                let only = choose(met, &[NO_SURFACE; LANES], &only);
-                let only = choose(alone, &[this; LANES], &only);
-                self.noted[packet] = Noted { lanes: known | met, only };
-            }
+        let lanes = lanes & !self.ways[packet].untold;
+        if lanes == 0 {
+            return;
         }
+        if run.kind != COMPOSITE {
+            let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
+            let (view, way, count) = (self.views.of(packet), &mut self.ways[packet], &mut self.count);
+            self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way, count });
+            return;
+        }
+        let Query { t, surface, .. } = self.queries[packet];
+        let met = self.composites(run, packet, lanes);
+        let query = &mut self.queries[packet];
+        (query.t, query.surface) = (t, surface);
+        self.ways[packet].untold |= met;
     }
 }
 

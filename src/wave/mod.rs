@@ -6,6 +6,7 @@
 mod area;
 mod camera;
 mod composite;
+mod crossings;
 mod emit;
 mod enclosing;
 mod filters;

@@ -31,7 +31,7 @@ pub struct Query<L> {
 
 /// The start of a ray that left a surface is off by a few roundings of its largest coordinate; what lies within that
 /// of the start is the start. (The surface left itself is not missed by this but by [`Left`](crate::kernel::Left).)
-const START_ROUNDINGS: f64 = 32.0;
+pub const START_ROUNDINGS: f64 = 32.0;
 
 /// How far from a start on a surface nothing is hit.
 #[inline(always)]

@@ -1,9 +1,9 @@
 //! Shadow rays of one light: what blocks them, and what tints them.
 //!
 //! Rays are first held against everything in the way, in any order: what blocks all light ends them, what is
-//! see-through is only noted. Those with such a note gather what the surfaces let through.
+//! see-through is only noted. Those with such a note then gather what the surfaces let through.
 
-use super::filters::{Rest, gather_filters, through_one};
+use super::filters::{Passing, Rest, gather_filters, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::{GROUP, Query};
@@ -11,16 +11,17 @@ use super::queue::{Feelers, Queue};
 use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::Run;
-use crate::compile::{Compiled, NO_SURFACE};
-use crate::lane::{LANES, Lane, Scalar, equal_lanes};
+use crate::compile::Compiled;
+use crate::lane::{Lane, Scalar};
 
 /// Buffers for shadow rays.
 pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
-    /// Rays that nothing opaque blocks, but that several things tint.
+    /// Rays that nothing opaque blocks, but that composites tint.
     open: Queue<Feelers<S::Lane>>,
     /// By packet of them.
     rests: Vec<Rest<S::Lane>>,
+    passing: Passing,
     /// By light: see [`Tracer::occluded`].
     suspects: Vec<Option<Run>>,
 }
@@ -28,7 +29,13 @@ pub struct ShadowTracer<S: Scalar> {
 impl<S: Scalar> ShadowTracer<S> {
     /// Without rays; `mixed` as in [`Queue::new`].
     pub fn new(mixed: bool) -> Self {
-        Self { queries: Vec::new(), open: Queue::new(mixed), rests: Vec::new(), suspects: Vec::new() }
+        Self {
+            queries: Vec::new(),
+            open: Queue::new(mixed),
+            rests: Vec::new(),
+            passing: Passing::default(),
+            suspects: Vec::new(),
+        }
     }
 
     /// Suspects nothing: what has blocked rays of another tile depends on which tile that was.
@@ -37,7 +44,7 @@ impl<S: Scalar> ShadowTracer<S> {
     }
 
     /// Traces the ready packets of `queue`, which lead to light number `light` with these `cones` around it, and adds the light that arrives to
-    /// `sums`; rays in whose way are several things that tint it wait.
+    /// `sums`; rays in whose way are composites that tint it wait.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
@@ -51,24 +58,17 @@ impl<S: Scalar> ShadowTracer<S> {
         }
         for group in queue.packets().chunks(GROUP) {
             aim(&mut self.queries, group);
-            let noted =
+            let ways =
                 tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));
-            for ((query, rays), noted) in self.queries.iter_mut().zip(group).zip(noted) {
+            for ((query, rays), way) in self.queries.iter_mut().zip(group).zip(ways) {
                 let lanes = rays.lanes & !query.hits();
-                let tinted = lanes & noted.lanes;
-                sums.add(&rays.sink, rays.light, lanes & !tinted);
-                if tinted == 0 {
-                    continue;
-                }
-                let several = tinted & equal_lanes(&noted.only, NO_SURFACE);
-                self.open.push_lanes(rays, several);
-                let mut waiting = tinted & !several;
-                while waiting != 0 {
-                    let surface = noted.only[waiting.trailing_zeros() as usize & (LANES - 1)];
-                    let same = waiting & equal_lanes(&noted.only, surface);
-                    waiting &= !same;
-                    let filter = through_one(scene, rays, query, (surface, same), media);
-                    sums.add(&rays.sink, rays.light.mul(filter), same);
+                let untold = lanes & way.untold;
+                let tinted = lanes & way.noted & !untold;
+                sums.add(&rays.sink, rays.light, lanes & !(tinted | untold));
+                self.open.push_lanes(rays, untold);
+                if tinted != 0 {
+                    let filter = through(scene, rays, (query, tinted), &way.rows, &mut self.passing, media);
+                    sums.add(&rays.sink, rays.light.mul(filter), tinted);
                 }
             }
         }

@@ -195,9 +195,10 @@ fn trace_group<S: Scalar, B: Scalar>(
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
         RayQuery::Any => {
             // What is see-through is hit, too: any surface stands for it.
-            let noted = tracer.occluded(scene, queries, (&mut None, None));
-            for (query, noted) in queries.iter_mut().zip(noted) {
-                for k in (0..LANES).filter(|k| noted.lanes >> k & 1 == 1) {
+            let ways = tracer.occluded(scene, queries, (&mut None, None));
+            for (query, way) in queries.iter_mut().zip(ways) {
+                let met = way.noted | way.untold;
+                for k in (0..LANES).filter(|k| met >> k & 1 == 1) {
                     query.surface[k] = 0;
                 }
             }

@@ -1,6 +1,7 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
-use super::leaves::{LeafBuffers, Leaves, Noted};
+use super::crossings::InTheWay;
+use super::leaves::{LeafBuffers, Leaves};
 use super::light_buffer::Cones;
 use super::query::{GROUP, Query};
 use super::rows::Views;
@@ -19,7 +20,7 @@ pub struct Tracer<B: Scalar> {
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
     /// By packet of the last [`Tracer::occluded`], what is see-through on the way.
-    noted: [Noted; GROUP],
+    ways: [InTheWay; GROUP],
     traversal: Traversal,
     /// What its walks have tested, if that is counted.
     occupancy: Option<Occupancy>,
@@ -58,13 +59,13 @@ impl<B: Scalar> Tracer<B> {
         scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         known: (&mut Option<Run>, Option<&Cones>),
-    ) -> &[Noted; GROUP] {
-        self.noted.fill(Noted::default());
+    ) -> &[InTheWay; GROUP] {
+        self.ways.iter_mut().for_each(InTheWay::clear);
         let classes = class::BLOCKS | class::FILTERS;
         if scene.has_class(classes) {
             self.trace::<S, true>(scene, queries, classes, known);
         }
-        &self.noted
+        &self.ways
     }
 
     fn trace<S: Scalar, const ANY: bool>(
@@ -92,7 +93,7 @@ impl<B: Scalar> Tracer<B> {
         filter: u8,
         (suspect, cones): (&mut Option<Run>, Option<&Cones>),
     ) -> C {
-        let Self { stack, packets, buffers, stretches, noted, traversal, .. } = self;
+        let Self { stack, packets, buffers, stretches, ways, traversal, .. } = self;
         if !scene.instances.is_empty() {
             buffers.inner.get_or_insert_with(|| Box::new(Self::with(*traversal)));
         }
@@ -103,7 +104,7 @@ impl<B: Scalar> Tracer<B> {
             views.see(queries);
         }
         let mut leaves =
-            Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (buffers, stretches), noted);
+            Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (buffers, stretches), ways);
         if let (true, Some(run)) = (ANY, *suspect) {
             for k in 0..leaves.queries.len() {
                 leaves.run(&run, k, !0);
