@@ -1,30 +1,46 @@
 //! What is see-through in the way of shadow rays: noted thing by thing while a walk looks for what blocks them, and
 //! gone through crossing by crossing once nothing does.
 
-use super::query::Query;
+use super::composite::composites;
+use super::query::{Query, start_rounding};
 use super::rows::Rows;
-use crate::bvh::Count;
-use crate::compile::{Geometry, SurfaceId, WithBlock};
+use crate::bvh::{Count, Run};
+use crate::compile::{COMPOSITE, Geometry, NO_SURFACE, SurfaceId, WithBlock, class};
+use crate::csg::{Scratch, Stretch};
 use crate::kernel::{Block, Left, Looking, Rays, View};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits};
+
+/// Something that is see-through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Veil {
+    /// A primitive, by its surface.
+    Primitive(SurfaceId),
+    /// A composite, by its number.
+    Composite(u32),
+}
 
 /// What is see-through in the way of eight shadow rays.
 #[derive(Debug, Default)]
 pub struct InTheWay {
-    /// Primitives in any order, and the rays that meet them.
-    pub rows: Vec<(SurfaceId, u8)>,
+    /// Things in any order, and the rays that meet them.
+    pub veils: Vec<(Veil, u8)>,
     /// Rays that meet any.
     pub noted: u8,
-    /// Rays that meet composites, too, which do not tell all of their crossings.
-    pub untold: u8,
 }
 
 impl InTheWay {
     /// Nothing.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.rows.clear();
-        (self.noted, self.untold) = (0, 0);
+        self.veils.clear();
+        self.noted = 0;
+    }
+
+    /// Rays `met`, some at least, meet a thing.
+    #[inline(always)]
+    pub fn note(&mut self, veil: Veil, met: u8) {
+        self.veils.push((veil, met));
+        self.noted |= met;
     }
 }
 
@@ -61,8 +77,7 @@ impl<S: Scalar, C: Count> WithBlock<S> for NoteRun<'_, S, C> {
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;
             if met != 0 {
-                way.noted |= met;
-                way.rows.push((surface, met));
+                way.note(Veil::Primitive(surface), met);
             }
         }
     }
@@ -75,8 +90,10 @@ pub struct Crossing {
     pub t: f64,
     /// Of surfaces at one place the first declared counts.
     rank: u32,
-    /// Which of the rows that it was found in.
-    pub row: u32,
+    /// What is crossed.
+    pub surface: SurfaceId,
+    /// What it lets through, if that is one colour.
+    pub tint: Option<[f32; 3]>,
 }
 
 /// The crossings of eight rays with several things, ray by ray and in order; a buffer.
@@ -85,29 +102,52 @@ pub struct Crossings {
     lanes: [Vec<Crossing>; LANES],
     /// How many of each ray's have been gone through.
     passed: [usize; LANES],
+    /// For composites.
+    scratch: Scratch,
 }
 
 impl Crossings {
-    /// Becomes those of the rays `lanes` of `query` with `rows`.
+    /// Becomes those of the rays `lanes` of `query` with `veils`, whose surfaces `tint` knows.
     pub fn find<S: Scalar, B: Scalar>(
         &mut self,
         scene: &Geometry<S, B>,
         query: &Query<S::Lane>,
-        rows: &[(SurfaceId, u8)],
+        veils: &[(Veil, u8)],
         lanes: u8,
+        mut tint: impl FnMut(SurfaceId) -> Option<[f32; 3]>,
     ) {
-        self.lanes.iter_mut().for_each(Vec::clear);
-        self.passed = [0; LANES];
-        for (row, &(surface, met)) in (0u32..).zip(rows).filter(|(_, (_, met))| met & lanes != 0) {
-            let rank = scene.ranks.of(surface);
-            each_crossing(scene, query, surface, met & lanes, |t| {
-                let crossed = (t.gt(query.t_min) & t.lt(query.t)).bits() & met & lanes;
-                for lane in bits(crossed) {
-                    self.lanes[lane].push(Crossing { t: t.lanes()[lane].to_f64(), rank, row });
+        let Self { lanes: found, passed, scratch } = self;
+        found.iter_mut().for_each(Vec::clear);
+        *passed = [0; LANES];
+        let mut stretch = None;
+        for &(veil, met) in veils.iter().filter(|(_, met)| met & lanes != 0) {
+            let met = met & lanes;
+            match veil {
+                Veil::Primitive(surface) => {
+                    let (rank, tint) = (scene.ranks.of(surface), tint(surface));
+                    each_crossing(scene, query, surface, met, |t| {
+                        let crossed = (t.gt(query.t_min) & t.lt(query.t)).bits() & met;
+                        for lane in bits(crossed) {
+                            let t = t.lanes()[lane].to_f64();
+                            found[lane].push(Crossing { t, rank, surface, tint });
+                        }
+                    });
                 }
-            });
+                Veil::Composite(number) => {
+                    each_of_composite(
+                        scene,
+                        query,
+                        (number, met),
+                        (scratch, &mut stretch),
+                        |lane, t, surface| {
+                            let (rank, tint) = (scene.ranks.of(surface), tint(surface));
+                            found[lane].push(Crossing { t, rank, surface, tint });
+                        },
+                    );
+                }
+            }
         }
-        for crossings in &mut self.lanes {
+        for crossings in found {
             crossings.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.rank.cmp(&b.rank)));
         }
     }
@@ -124,6 +164,29 @@ impl Crossings {
         let next = *passed + crossings[*passed..].iter().position(|crossing| crossing.t > after)?;
         *passed = next + 1;
         Some(crossings[next])
+    }
+}
+
+/// Hands on lane, distance and surface of each crossing of the rays of `query`, of which `lanes` are of interest, with a composite.
+fn each_of_composite<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    query: &Query<S::Lane>,
+    (number, mut lanes): (u32, u8),
+    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
+    mut crossed: impl FnMut(usize, f64, SurfaceId),
+) {
+    let run = Run { kind: COMPOSITE, class: class::FILTERS, last: true, len: 1, first: number };
+    let mut next = *query;
+    while lanes != 0 {
+        (next.t, next.surface) = (query.t, [NO_SURFACE; LANES]);
+        let buffers = (&mut *scratch, &mut *stretch);
+        lanes = composites::<S, B, false>(scene, &run, &mut next, (lanes, class::FILTERS), buffers);
+        for lane in bits(lanes) {
+            crossed(lane, next.t.lanes()[lane].to_f64(), next.surface[lane]);
+        }
+        // Within the rounding of where a ray would go on there is nothing new.
+        let point = next.rays.origin + next.rays.dir * next.t;
+        next.t_min = Mask::from_bits(lanes).select(next.t + start_rounding(&point), next.t_min);
     }
 }
 

@@ -1,35 +1,32 @@
 //! What see-through surfaces leave of the light on its way: along shadow rays that nothing opaque blocks.
 //!
-//! Which of two surfaces at one place counts is decided nearest first. Where only primitives are in the way, their crossings are put in
-//! that order; through composites, rays go from surface to surface.
+//! Rays go from crossing to crossing, the nearest first: which of two surfaces at one place counts is decided so, and how far a ray has
+//! come in an interior. Where each surface lets through one colour, that is all that is asked for.
 
-use super::crossings::{Crossing, Crossings, each_crossing};
+use super::crossings::{Crossing, Crossings, Veil, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
 use super::query::{Query, START_ROUNDINGS, start_rounding};
-use super::queue::{Feelers, Lines};
-use super::trace::Tracer;
-use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId, class};
-use crate::kernel::{Rays, Surfaces};
+use super::queue::Feelers;
+use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId};
+use crate::kernel::Surfaces;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8};
 use crate::texture::{Colors, PigmentProgram};
 use glam::DVec3;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
-pub struct Rest<L> {
+struct Rest {
     /// What the surfaces so far have let through.
-    pub filter: Vec3<f32x8>,
+    filter: Vec3<f32x8>,
     /// What the rays travel in.
     medium: [u32; LANES],
-    /// How far it is to the light.
-    distance: L,
 }
 
-impl<L: Lane> Rest<L> {
+impl Rest {
     /// All of it.
-    pub fn of(rays: &Feelers<L>) -> Self {
-        Self { filter: Vec3::lit(1.0), medium: rays.medium, distance: rays.t_max }
+    fn of<L: Lane>(rays: &Feelers<L>) -> Self {
+        Self { filter: Vec3::lit(1.0), medium: rays.medium }
     }
 
     /// Lets `tint` of the light through in some lanes: those where that leaves any.
@@ -85,23 +82,21 @@ impl Tints {
 pub struct Passing {
     crossings: Crossings,
     tints: Tints,
-    /// By row, what it lets through, if it is one colour.
-    rows: Vec<Option<[f32; 3]>>,
 }
 
-/// What the primitives in the way of the rays `lanes` of `query` leave of their light.
+/// What is left of the light of the rays `lanes` of `query` by the things in their way.
 pub fn through<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     rays: &Feelers<S::Lane>,
     (query, lanes): (&mut Query<S::Lane>, u8),
-    in_the_way: &[(SurfaceId, u8)],
+    veils: &[(Veil, u8)],
     passing: &mut Passing,
     media: &mut Media,
 ) -> Vec3<f32x8> {
     let mut rest = Rest::of(rays);
-    let Passing { crossings, tints, rows } = passing;
+    let Passing { crossings, tints } = passing;
     let after = query.t_min;
-    if let &[(surface, _)] = in_the_way {
+    if let &[(Veil::Primitive(surface), _)] = veils {
         let asked = *query; // (Passing on changes it.)
         let tint = tints.of(scene, surface).map(|[r, g, b]| Vec3::broadcast([r, g, b]));
         let mut passage =
@@ -114,13 +109,11 @@ pub fn through<S: Scalar, B: Scalar>(
         });
         return rest.filter;
     }
-    crossings.find(&scene.geometry, query, in_the_way, lanes);
-    rows.clear();
-    rows.extend(in_the_way.iter().map(|&(surface, _)| tints.of(scene, surface)));
+    crossings.find(&scene.geometry, query, veils, lanes, |surface| tints.of(scene, surface));
     let (mut colored, mut waiting) = ([Vec3::<f32x8>::lit(1.0).x; 3], 0);
     for lane in bits(lanes) {
         let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));
-        match tinted(crossings.of(lane), rows, line, (after.lanes()[lane].to_f64(), S::UNIT_ROUNDOFF)) {
+        match tinted(crossings.of(lane), line, (after.lanes()[lane].to_f64(), S::UNIT_ROUNDOFF)) {
             Some(filter) => {
                 for (channel, x) in colored.iter_mut().zip(filter) {
                     channel.lanes_mut()[lane] = x;
@@ -139,7 +132,7 @@ pub fn through<S: Scalar, B: Scalar>(
             if let Some(crossing) = crossings.next(lane, passage.after.lanes()[lane].to_f64()) {
                 hits |= 1 << lane;
                 t.lanes_mut()[lane] = S::from_f64(crossing.t);
-                surfaces[lane] = in_the_way[crossing.row as usize].0;
+                surfaces[lane] = crossing.surface;
             }
         }
         if hits == 0 {
@@ -149,19 +142,18 @@ pub fn through<S: Scalar, B: Scalar>(
     }
 }
 
-/// What is left of the light along `line` behind all crossings beyond `after`, if it is one colour that each of the rows lets through.
+/// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour.
 fn tinted(
     crossings: &[Crossing],
-    rows: &[Option<[f32; 3]>],
     (origin, dir): (DVec3, DVec3),
     (mut after, unit_roundoff): (f64, f64),
 ) -> Option<[f32; 3]> {
     let mut filter = [1.0f32; 3];
-    for &Crossing { t, row, .. } in crossings {
+    for &Crossing { t, tint, .. } in crossings {
         if t <= after {
             continue;
         }
-        let tint = rows[row as usize]?;
+        let tint = tint?;
         filter = [0, 1, 2].map(|channel| filter[channel] * tint[channel]);
         if !filter.iter().any(|x| f64::from(x.abs()) >= NO_LIGHT) {
             return Some([0.0; 3]);
@@ -175,7 +167,7 @@ fn tinted(
 struct Passage<'a, S: Scalar, B: Scalar> {
     scene: &'a Compiled<S, B>,
     query: &'a mut Query<S::Lane>,
-    rest: &'a mut Rest<S::Lane>,
+    rest: &'a mut Rest,
     media: &'a mut Media,
     /// Rays that are worth following.
     lanes: u8,
@@ -203,46 +195,6 @@ impl<S: Scalar, B: Scalar> Passage<'_, S, B> {
     }
 }
 
-/// What all that is see-through leaves of the light along a group of shadow rays, which `queries` ask for: into `rests`.
-pub fn gather_filters<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    group: &[Feelers<S::Lane>],
-    queries: &mut [Query<S::Lane>],
-    rests: &mut Vec<Rest<S::Lane>>,
-    tracer: &mut Tracer<B>,
-    media: &mut Media,
-) {
-    rests.clear();
-    rests.extend(group.iter().map(Rest::of));
-    loop {
-        tracer.nearest(&scene.geometry, queries, class::FILTERS);
-        let mut some = false;
-        for (query, rest) in queries.iter_mut().zip(&mut *rests) {
-            let hits = query.hits();
-            if hits == 0 {
-                query.lanes = 0;
-                continue;
-            }
-            let met = Mask::from_bits(hits);
-            let found = resolve(&scene.geometry, query);
-            let more = cross(scene, query, &found, (hits, query.t), rest, media);
-            rest.distance -= met.keep(query.t);
-            // On from where the ray is, away from the surface it has met.
-            let origin = Vec3::select(met, found.point, query.rays.origin);
-            let lines = Lines {
-                rays: Rays { origin, dir: query.rays.dir },
-                left: query.surface, // No surface where nothing was met.
-                part: found.part,
-            };
-            query.aim(&lines, rest.distance, more);
-            some |= more != 0;
-        }
-        if !some {
-            return;
-        }
-    }
-}
-
 /// Takes eight shadow rays through the surfaces they have met (in the lanes `hits`), `way` behind the last ones; returns the
 /// lanes that are still worth following.
 fn cross<S: Scalar, B: Scalar>(
@@ -250,7 +202,7 @@ fn cross<S: Scalar, B: Scalar>(
     query: &Query<S::Lane>,
     found: &Surfaces<S::Lane>,
     (hits, way): (u8, S::Lane),
-    rest: &mut Rest<S::Lane>,
+    rest: &mut Rest,
     media: &mut Media,
 ) -> u8 {
     let surfaces = query.met(hits);

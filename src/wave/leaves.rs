@@ -1,7 +1,7 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
-use super::crossings::{InTheWay, NoteRun};
+use super::crossings::{InTheWay, NoteRun, Veil};
 use super::instances::Placed;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
@@ -245,24 +245,24 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.scene.columns.with(run.kind, test)
     }
 
-    /// Notes where shadow rays meet the see-through surfaces of a run, and lets them go on.
+    /// Notes which shadow rays meet the see-through things of a run, and lets them go on.
     #[inline(never)]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
-        let lanes = lanes & !self.ways[packet].untold;
-        if lanes == 0 {
-            return;
-        }
         if run.kind != COMPOSITE {
             let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
             let (view, way, count) = (self.views.of(packet), &mut self.ways[packet], &mut self.count);
             self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way, count });
             return;
         }
-        let Query { t, surface, .. } = self.queries[packet];
-        let met = self.composites(run, packet, lanes);
-        let query = &mut self.queries[packet];
-        (query.t, query.surface) = (t, surface);
-        self.ways[packet].untold |= met;
+        for first in run.first..run.first + run.len {
+            let Query { t, surface, .. } = self.queries[packet];
+            let met = self.composites(&Run { first, len: 1, ..*run }, packet, lanes);
+            let query = &mut self.queries[packet];
+            (query.t, query.surface) = (t, surface);
+            if met != 0 {
+                self.ways[packet].note(Veil::Composite(first), met);
+            }
+        }
     }
 }
 

@@ -213,17 +213,6 @@ impl<P: Packet> Queue<P> {
         }
     }
 
-    /// Adds some rays of a packet.
-    #[inline]
-    pub fn push_lanes(&mut self, packet: &P, lanes: u8) {
-        if lanes != 0 {
-            let next = self.next();
-            *next = *packet;
-            next.set_lanes(lanes);
-            self.push();
-        }
-    }
-
     #[inline(never)]
     fn take_apart(&mut self, mut lanes: u8, signs: [u8; 3]) {
         while lanes != 0 {

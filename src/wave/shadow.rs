@@ -3,7 +3,7 @@
 //! Rays are first held against everything in the way, in any order: what blocks all light ends them, what is
 //! see-through is only noted. Those with such a note then gather what the surfaces let through.
 
-use super::filters::{Passing, Rest, gather_filters, through};
+use super::filters::{Passing, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::{GROUP, Query};
@@ -15,36 +15,22 @@ use crate::compile::Compiled;
 use crate::lane::{Lane, Scalar};
 
 /// Buffers for shadow rays.
+#[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
-    /// Rays that nothing opaque blocks, but that composites tint.
-    open: Queue<Feelers<S::Lane>>,
-    /// By packet of them.
-    rests: Vec<Rest<S::Lane>>,
     passing: Passing,
     /// By light: see [`Tracer::occluded`].
     suspects: Vec<Option<Run>>,
 }
 
 impl<S: Scalar> ShadowTracer<S> {
-    /// Without rays; `mixed` as in [`Queue::new`].
-    pub fn new(mixed: bool) -> Self {
-        Self {
-            queries: Vec::new(),
-            open: Queue::new(mixed),
-            rests: Vec::new(),
-            passing: Passing::default(),
-            suspects: Vec::new(),
-        }
-    }
-
     /// Suspects nothing: what has blocked rays of another tile depends on which tile that was.
     pub fn begin_tile(&mut self) {
         self.suspects.clear();
     }
 
     /// Traces the ready packets of `queue`, which lead to light number `light` with these `cones` around it, and adds the light that arrives to
-    /// `sums`; rays in whose way are composites that tint it wait.
+    /// `sums`.
     pub fn trace<B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
@@ -62,48 +48,15 @@ impl<S: Scalar> ShadowTracer<S> {
                 tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));
             for ((query, rays), way) in self.queries.iter_mut().zip(group).zip(ways) {
                 let lanes = rays.lanes & !query.hits();
-                let untold = lanes & way.untold;
-                let tinted = lanes & way.noted & !untold;
-                sums.add(&rays.sink, rays.light, lanes & !(tinted | untold));
-                self.open.push_lanes(rays, untold);
+                let tinted = lanes & way.noted;
+                sums.add(&rays.sink, rays.light, lanes & !tinted);
                 if tinted != 0 {
-                    let filter = through(scene, rays, (query, tinted), &way.rows, &mut self.passing, media);
+                    let filter = through(scene, rays, (query, tinted), &way.veils, &mut self.passing, media);
                     sums.add(&rays.sink, rays.light.mul(filter), tinted);
                 }
             }
         }
         queue.clear();
-        self.trace_open(scene, tracer, media, sums);
-    }
-
-    /// Traces the rays that wait, full packets or not.
-    pub fn flush<B: Scalar>(
-        &mut self,
-        scene: &Compiled<S, B>,
-        tracer: &mut Tracer<B>,
-        media: &mut Media,
-        sums: &mut Sums,
-    ) {
-        self.open.flush();
-        self.trace_open(scene, tracer, media, sums);
-    }
-
-    fn trace_open<B: Scalar>(
-        &mut self,
-        scene: &Compiled<S, B>,
-        tracer: &mut Tracer<B>,
-        media: &mut Media,
-        sums: &mut Sums,
-    ) {
-        let Self { queries, open, rests, .. } = self;
-        for group in open.packets().chunks(GROUP) {
-            aim(queries, group);
-            gather_filters(scene, group, queries, rests, tracer, media);
-            for (rays, rest) in group.iter().zip(&*rests) {
-                sums.add(&rays.sink, rays.light.mul(rest.filter), rays.lanes);
-            }
-        }
-        open.clear();
     }
 }
 

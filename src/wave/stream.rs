@@ -197,8 +197,7 @@ fn trace_group<S: Scalar, B: Scalar>(
             // What is see-through is hit, too: any surface stands for it.
             let ways = tracer.occluded(scene, queries, (&mut None, None));
             for (query, way) in queries.iter_mut().zip(ways) {
-                let met = way.noted | way.untold;
-                for k in (0..LANES).filter(|k| met >> k & 1 == 1) {
+                for k in (0..LANES).filter(|k| way.noted >> k & 1 == 1) {
                     query.surface[k] = 0;
                 }
             }

@@ -60,7 +60,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let carriers = || Queue::new(mixed);
         Self {
             tracer,
-            shadows: ShadowTracer::new(mixed),
+            shadows: ShadowTracer::default(),
             batch: Vec::new(),
             batch_order: Vec::new(),
             camera: carriers(),
@@ -127,7 +127,6 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             let cones = shared.lights[light].cones();
             shadows.trace(shared.scene, (light, cones, queue), tracer, media, sums);
         }
-        shadows.flush(shared.scene, tracer, media, sums);
         // From the order of the rays to rows.
         pixels.resize(area.width * area.height, Pixel::default());
         for (pixel, &place) in self.sums.pixels().zip(self.order.places()) {
