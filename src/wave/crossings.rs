@@ -12,7 +12,7 @@ use crate::lane::{LANES, Lane, Mask, Scalar, bits};
 
 /// Something that is see-through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Veil {
+pub enum Transparent {
     /// A primitive, by its surface.
     Primitive(SurfaceId),
     /// A composite, by its number.
@@ -23,7 +23,7 @@ pub enum Veil {
 #[derive(Debug, Default)]
 pub struct InTheWay {
     /// Things in any order, and the rays that meet them.
-    pub veils: Vec<(Veil, u8)>,
+    pub things: Vec<(Transparent, u8)>,
     /// Rays that meet any.
     pub noted: u8,
 }
@@ -32,14 +32,14 @@ impl InTheWay {
     /// Nothing.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.veils.clear();
+        self.things.clear();
         self.noted = 0;
     }
 
     /// Rays `met`, some at least, meet a thing.
     #[inline(always)]
-    pub fn note(&mut self, veil: Veil, met: u8) {
-        self.veils.push((veil, met));
+    pub fn note(&mut self, thing: Transparent, met: u8) {
+        self.things.push((thing, met));
         self.noted |= met;
     }
 }
@@ -77,7 +77,7 @@ impl<S: Scalar, C: Count> WithBlock<S> for NoteRun<'_, S, C> {
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;
             if met != 0 {
-                way.note(Veil::Primitive(surface), met);
+                way.note(Transparent::Primitive(surface), met);
             }
         }
     }
@@ -107,12 +107,12 @@ pub struct Crossings {
 }
 
 impl Crossings {
-    /// Becomes those of the rays `lanes` of `query` with `veils`, whose surfaces `tint` knows.
+    /// Becomes those of the rays `lanes` of `query` with `things`, whose surfaces `tint` knows.
     pub fn find<S: Scalar, B: Scalar>(
         &mut self,
         scene: &Geometry<S, B>,
         query: &Query<S::Lane>,
-        veils: &[(Veil, u8)],
+        things: &[(Transparent, u8)],
         lanes: u8,
         mut tint: impl FnMut(SurfaceId) -> Option<[f32; 3]>,
     ) {
@@ -120,10 +120,10 @@ impl Crossings {
         found.iter_mut().for_each(Vec::clear);
         *passed = [0; LANES];
         let mut stretch = None;
-        for &(veil, met) in veils.iter().filter(|(_, met)| met & lanes != 0) {
+        for &(thing, met) in things.iter().filter(|(_, met)| met & lanes != 0) {
             let met = met & lanes;
-            match veil {
-                Veil::Primitive(surface) => {
+            match thing {
+                Transparent::Primitive(surface) => {
                     let (rank, tint) = (scene.ranks.of(surface), tint(surface));
                     each_crossing(scene, query, surface, met, |t| {
                         let crossed = (t.gt(query.t_min) & t.lt(query.t)).bits() & met;
@@ -133,7 +133,7 @@ impl Crossings {
                         }
                     });
                 }
-                Veil::Composite(number) => {
+                Transparent::Composite(number) => {
                     each_of_composite(
                         scene,
                         query,

@@ -3,7 +3,7 @@
 //! Rays go from crossing to crossing, the nearest first: which of two surfaces at one place counts is decided so, and how far a ray has
 //! come in an interior. Where each surface lets through one colour, that is all that is asked for.
 
-use super::crossings::{Crossing, Crossings, Veil, each_crossing};
+use super::crossings::{Crossing, Crossings, Transparent, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
@@ -79,7 +79,7 @@ impl Tints {
 
 /// Buffers for [`through`].
 #[derive(Debug, Default)]
-pub struct Passing {
+pub struct Tinting {
     crossings: Crossings,
     tints: Tints,
 }
@@ -89,16 +89,18 @@ pub fn through<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     rays: &Feelers<S::Lane>,
     (query, lanes): (&mut Query<S::Lane>, u8),
-    veils: &[(Veil, u8)],
-    passing: &mut Passing,
+    things: &[(Transparent, u8)],
+    tinting: &mut Tinting,
     media: &mut Media,
 ) -> Vec3<f32x8> {
     let mut rest = Rest::of(rays);
-    let Passing { crossings, tints } = passing;
+    let Tinting { crossings, tints } = tinting;
     let after = query.t_min;
-    if let &[(Veil::Primitive(surface), _)] = veils {
+    // (What only blocked rays have met does not count: how much of it they have noted is a matter of the walk.)
+    let mut met = things.iter().filter(|(_, met)| met & lanes != 0);
+    if let (Some(&(Transparent::Primitive(surface), _)), None) = (met.next(), met.next()) {
         let asked = *query; // (Passing on changes it.)
-        let tint = tints.of(scene, surface).map(|[r, g, b]| Vec3::broadcast([r, g, b]));
+        let tint = tints.of(scene, surface).map(Vec3::broadcast);
         let mut passage =
             Passage { scene, query, rest: &mut rest, media, lanes, last: S::Lane::zero(), after };
         each_crossing(&scene.geometry, &asked, surface, lanes, |t| {
@@ -109,11 +111,11 @@ pub fn through<S: Scalar, B: Scalar>(
         });
         return rest.filter;
     }
-    crossings.find(&scene.geometry, query, veils, lanes, |surface| tints.of(scene, surface));
-    let (mut colored, mut waiting) = ([Vec3::<f32x8>::lit(1.0).x; 3], 0);
+    crossings.find(&scene.geometry, query, things, lanes, |surface| tints.of(scene, surface));
+    let (mut colored, mut waiting) = ([f32x8::lit(1.0); 3], 0);
     for lane in bits(lanes) {
         let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));
-        match tinted(crossings.of(lane), line, (after.lanes()[lane].to_f64(), S::UNIT_ROUNDOFF)) {
+        match tinted::<S>(crossings.of(lane), line, after.lanes()[lane].to_f64()) {
             Some(filter) => {
                 for (channel, x) in colored.iter_mut().zip(filter) {
                     channel.lanes_mut()[lane] = x;
@@ -142,12 +144,16 @@ pub fn through<S: Scalar, B: Scalar>(
     }
 }
 
-/// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour.
-fn tinted(
+/// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
+/// [`Passage::cross`] has it, so that it does not matter to a ray what its neighbours meet.
+fn tinted<S: Scalar>(
     crossings: &[Crossing],
     (origin, dir): (DVec3, DVec3),
-    (mut after, unit_roundoff): (f64, f64),
+    mut after: f64,
 ) -> Option<[f32; 3]> {
+    // (A sum or product of single precision is that of double, rounded once more.)
+    let rounded = |x: f64| S::from_f64(x).to_f64();
+    let each = |v: DVec3| DVec3::from_array(v.to_array().map(rounded));
     let mut filter = [1.0f32; 3];
     for &Crossing { t, tint, .. } in crossings {
         if t <= after {
@@ -158,7 +164,8 @@ fn tinted(
         if !filter.iter().any(|x| f64::from(x.abs()) >= NO_LIGHT) {
             return Some([0.0; 3]);
         }
-        after = t + (origin + dir * t).abs().max_element() * (START_ROUNDINGS * unit_roundoff);
+        let point = each(origin + each(dir * t));
+        after = rounded(t + point.abs().max_element() * (START_ROUNDINGS * S::UNIT_ROUNDOFF));
     }
     Some(filter)
 }

@@ -1,7 +1,7 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
-use super::crossings::{InTheWay, NoteRun, Veil};
+use super::crossings::{InTheWay, NoteRun, Transparent};
 use super::instances::Placed;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
@@ -260,7 +260,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             let query = &mut self.queries[packet];
             (query.t, query.surface) = (t, surface);
             if met != 0 {
-                self.ways[packet].note(Veil::Composite(first), met);
+                self.ways[packet].note(Transparent::Composite(first), met);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! Rays are first held against everything in the way, in any order: what blocks all light ends them, what is
 //! see-through is only noted. Those with such a note then gather what the surfaces let through.
 
-use super::filters::{Passing, through};
+use super::filters::{Tinting, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::{GROUP, Query};
@@ -18,7 +18,7 @@ use crate::lane::{Lane, Scalar};
 #[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
     queries: Vec<Query<S::Lane>>,
-    passing: Passing,
+    tinting: Tinting,
     /// By light: see [`Tracer::occluded`].
     suspects: Vec<Option<Run>>,
 }
@@ -51,7 +51,7 @@ impl<S: Scalar> ShadowTracer<S> {
                 let tinted = lanes & way.noted;
                 sums.add(&rays.sink, rays.light, lanes & !tinted);
                 if tinted != 0 {
-                    let filter = through(scene, rays, (query, tinted), &way.veils, &mut self.passing, media);
+                    let filter = through(scene, rays, (query, tinted), &way.things, &mut self.tinting, media);
                     sums.add(&rays.sink, rays.light.mul(filter), tinted);
                 }
             }
