@@ -167,6 +167,9 @@ impl Crossings {
     }
 }
 
+/// A crossing is off by one rounding of its distance in the scene's precision, and the sum with this by another; four are two places.
+const T_ROUNDINGS: f64 = 4.0;
+
 /// Hands on lane, distance and surface of each crossing of the rays of `query`, of which `lanes` are of interest, with a composite.
 fn each_of_composite<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
@@ -184,9 +187,13 @@ fn each_of_composite<S: Scalar, B: Scalar>(
         for lane in bits(lanes) {
             crossed(lane, next.t.lanes()[lane].to_f64(), next.surface[lane]);
         }
-        // Within the rounding of where a ray would go on there is nothing new.
+        // Within the rounding of where a ray would go on there is nothing new. Near the middle of the scene that is less than what the
+        // crossing itself, which is known in double, was rounded by: it would be found again, without end.
         let point = next.rays.origin + next.rays.dir * next.t;
-        next.t_min = Mask::from_bits(lanes).select(next.t + start_rounding(&point), next.t_min);
+        let rounding = start_rounding(&point).max(next.t * S::Lane::lit(T_ROUNDINGS * S::UNIT_ROUNDOFF));
+        let beyond = next.t + rounding;
+        lanes &= beyond.gt(next.t_min).bits();
+        next.t_min = Mask::from_bits(lanes).select(beyond, next.t_min);
     }
 }
 
