@@ -5,13 +5,35 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::{Around, Cones, Known, LightBuffer};
+use super::light_buffer::{Around, Cones, Known, LightBuffer, Places};
 use super::query::Query;
 use super::queue::Lines;
 use crate::compile::Compiled;
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Rgb;
 use crate::texture::{Colors, LayerProgram};
+
+/// Where eight hits lie in a light's buffer: found before the light's turn comes, as the memory takes its time to hand over what
+/// stands there.
+#[derive(Default)]
+pub struct Ahead {
+    /// Lanes before which the light is.
+    facing: u8,
+    places: Places,
+}
+
+impl Ahead {
+    /// Becomes that of `light` at `hit`. (Only for lights that go all ways: others are asked where they shine, which is known later.)
+    #[inline]
+    pub fn look<L: Lane>(&mut self, light: &LightProgram, hit: &Hit<L>) {
+        if let (Around::Cells(buffer), true) = (&light.around, light.is_point()) {
+            let double = hit.double_illuminate;
+            self.facing = (light.is_before(hit.point, hit.normal).bits() | double) & hit.active;
+            // What is lit from both sides may stand in its own light.
+            buffer.place(hit.point, self.facing & !double, &mut self.places);
+        }
+    }
+}
 
 /// A light as the hits see it.
 #[derive(Default)]
@@ -39,21 +61,20 @@ impl<L: Lane> Lamp<L> {
     pub fn shine<S: Scalar<Lane = L>, B: Scalar>(
         &mut self,
         scene: &Compiled<S, B>,
-        light: &LightProgram,
+        (light, ahead): (&LightProgram, &mut Ahead),
         hit: &Hit<L>,
         from_behind: bool,
         answered: &mut u64,
     ) -> bool {
         let double = hit.double_illuminate;
-        let look = |buffer: &LightBuffer, lanes: u8, known: &mut Known| {
-            // What is lit from both sides may stand in its own light.
-            buffer.look(hit.point, &hit.surface, hit.outside, lanes & !double, known);
+        let look = |buffer: &LightBuffer, places: &Places, known: &mut Known| {
+            buffer.look(hit.point, places, (&hit.surface, hit.outside), known);
         };
         // A light that goes all ways is seen from wherever nothing is in the way, so that is asked first.
         let early = light.is_point();
         if let (Around::Cells(buffer), true) = (&light.around, early) {
-            let facing = (light.is_before(hit.point, hit.normal).bits() | double) & hit.active;
-            look(buffer, facing, &mut self.known);
+            let facing = ahead.facing;
+            look(buffer, &ahead.places, &mut self.known);
             if facing & !self.known.blocked == 0 && !from_behind {
                 *answered += u64::from(facing.count_ones());
                 return false;
@@ -72,14 +93,16 @@ impl<L: Lane> Lamp<L> {
             Around::Unknown => known.keep(0),
             Around::Cells(buffer) => {
                 if !early {
-                    look(buffer, asked, known);
+                    buffer.place(hit.point, asked & !double, &mut ahead.places);
+                    look(buffer, &ahead.places, known);
                 }
                 known.keep(asked);
                 if known.doubtful != 0 {
+                    buffer.fetch_lists(&ahead.places, known.doubtful);
                     let mut lines = Lines::default();
                     hit.leave(dir, &mut lines);
                     let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
-                    buffer.ask(&scene.geometry, &mut query, known);
+                    buffer.ask(&scene.geometry, &mut query, &ahead.places, known);
                 }
             }
             Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),

@@ -3,7 +3,7 @@
 use super::emit::Emit;
 use super::finish::{answers_light, interference};
 use super::hits::Hit;
-use super::lamp::{Lamp, direct_light, queue_light};
+use super::lamp::{Ahead, Lamp, direct_light, queue_light};
 use super::light::{LightProgram, grey};
 use super::onward::{Crossings, reflect, reflect_share, transmit};
 use crate::compile::Compiled;
@@ -36,6 +36,11 @@ pub fn shade<S: Scalar, B: Scalar>(
     emit.counts.shaded += 1;
     emit.counts.hits += u64::from(hit.active.count_ones());
     let program = &scene.textures.programs[program as usize];
+    // While the first light's places in memory are fetched, layers are painted; while the next one's are, a light shines.
+    let mut ahead = [Ahead::default(), Ahead::default()];
+    if let (Some(light), true) = (lights.first(), program.layers.iter().any(|l| answers_light(&l.finish))) {
+        ahead[0].look(light, hit);
+    }
     let crossings = Crossings::of(scene, program, hit, emit.media);
     let adc = f32x8::lit(scene.globals.adc_bailout);
     let one = f32x8::lit(1.0);
@@ -99,8 +104,11 @@ pub fn shade<S: Scalar, B: Scalar>(
         let irid_wavelength = scene.globals.irid_wavelength;
         let mut lamp = Lamp::default();
         for (number, light) in lights.iter().enumerate() {
-            let answered = &mut emit.counts.answered;
-            if !lamp.shine(scene, light, hit, from_behind, answered) {
+            if let Some(next) = lights.get(number + 1) {
+                ahead[(number + 1) % 2].look(next, hit);
+            }
+            let (ahead, answered) = (&mut ahead[number % 2], &mut emit.counts.answered);
+            if !lamp.shine(scene, (light, ahead), hit, from_behind, answered) {
                 continue;
             }
             let mut sum = Vec3::lit(0.0);

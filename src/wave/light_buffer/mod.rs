@@ -26,7 +26,8 @@ use super::query::Query;
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
 use crate::kernel::View;
 use crate::lane::{
-    LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes, f32x8, lanes_within, same_lanes,
+    LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8, lanes_within, prefetch,
+    same_lanes,
 };
 use among::{Candidate, Ways, met};
 use glam::DVec3;
@@ -122,6 +123,17 @@ pub struct LightBuffer {
     regions: Regions,
 }
 
+/// Where eight points lie in a light's buffer.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Places {
+    /// Lanes that lie in cells, and lanes that lie beside all of them.
+    within: u8,
+    beside: u8,
+    /// Cells, and depths there.
+    cell: [u32; LANES],
+    depth: f32x8,
+}
+
 /// What a light's buffer knows of eight points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known {
@@ -131,9 +143,6 @@ pub struct Known {
     pub blocked: u8,
     /// Lanes that may be one or the other, as [`LightBuffer::ask`] tells.
     pub doubtful: u8,
-    /// Their cells, and their depths there.
-    cell: [u32; LANES],
-    depth: [f32; LANES],
 }
 
 impl Known {
@@ -146,17 +155,10 @@ impl Known {
 }
 
 impl LightBuffer {
-    /// Puts into `known` what is known of the ways from `lanes` of eight points to the light. The points lie on
-    /// surfaces, which those in `outside` see from outside and which are lit on the side that is seen.
+    /// Finds the cells of `lanes` of eight points, for [`LightBuffer::look`], and asks the memory for what is in them: neighbours lie
+    /// in many cells behind a curved mirror, and the cells of a light are more than a cache holds.
     #[inline]
-    pub fn look<L: Lane>(
-        &self,
-        point: Vec3<L>,
-        surface: &[SurfaceId; LANES],
-        outside: u8,
-        lanes: u8,
-        known: &mut Known,
-    ) {
+    pub fn place<L: Lane>(&self, point: Vec3<L>, lanes: u8, places: &mut Places) {
         let way = point - Vec3::splat(self.location);
         // Single precision tells faces and cells apart, once differences have been taken.
         let single = L::cast::<f32x8>;
@@ -202,6 +204,24 @@ impl LightBuffer {
             };
             cell = choose(same, &each_lane(place), &cell);
         }
+        *places = Places { within, beside, cell, depth };
+        for k in bits(within) {
+            if let Some(cell) = self.cells.get(cell[k] as usize) {
+                prefetch(cell);
+            }
+        }
+    }
+
+    /// Puts into `known` what is known of the ways from eight points to the light, of those that have `places`. The points lie on
+    /// surfaces, which those in `outside` see from outside and which are lit on the side that is seen.
+    #[inline]
+    pub fn look<L: Lane>(
+        &self,
+        point: Vec3<L>,
+        &Places { within, beside, cell, depth }: &Places,
+        (surface, outside): (&[SurfaceId; LANES], u8),
+        known: &mut Known,
+    ) {
         (known.free, known.blocked, known.doubtful) = (beside, 0, 0);
         if within != 0 {
             // Lanes that are not within have any number.
@@ -224,11 +244,26 @@ impl LightBuffer {
                 known.doubtful = within & !free & !known.blocked;
             }
             known.free |= free;
-            (known.cell, known.depth) = (cell, depth.to_array());
         }
         let open = self.regions.hold(known.free | known.doubtful, point, surface);
         known.free &= open;
         known.doubtful &= open;
+        for k in bits(known.doubtful) {
+            if let Some(list) = self.lists.get(cell[k] as usize) {
+                prefetch(list);
+            }
+        }
+    }
+
+    /// Asks the memory for the lists of points that are in doubt.
+    #[inline]
+    pub fn fetch_lists(&self, places: &Places, doubtful: u8) {
+        for k in bits(doubtful) {
+            let list = self.lists.get(places.cell[k] as usize);
+            if let Some(first) = list.and_then(|list| self.candidates.get(list.first as usize)) {
+                prefetch(first);
+            }
+        }
     }
 
     /// Tells those of the lanes that [`LightBuffer::look`] left in doubt whose cells have lists; `query` asks for what is in their way.
@@ -237,15 +272,16 @@ impl LightBuffer {
         &self,
         scene: &Geometry<S, B>,
         query: &mut Query<S::Lane>,
+        places: &Places,
         known: &mut Known,
     ) {
         let view = if scene.has_triangles() { View::along(query.rays.dir) } else { View::default() };
-        let mut ways = Ways { query, view: &view, depths: &known.depth };
+        let mut ways = Ways { query, view: &view, depths: places.depth.lanes() };
         let mut waiting = known.doubtful;
         while waiting != 0 {
             // Neighbours often lie in one cell.
-            let cell = known.cell[waiting.trailing_zeros() as usize & (LANES - 1)];
-            let same = equal_lanes(&known.cell, cell) & waiting;
+            let cell = places.cell[waiting.trailing_zeros() as usize & (LANES - 1)];
+            let same = equal_lanes(&places.cell, cell) & waiting;
             waiting &= !same;
             let Some(list) = self.lists.get(cell as usize) else { continue };
             let all = list.first as usize..list.first as usize + list.len as usize;
