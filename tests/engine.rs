@@ -269,6 +269,61 @@ fn shadows_through_many_things_are_those_of_the_oracle() {
     }
 }
 
+/// Composites of more parts than are decided in single precision: heaps, and meshes that are cut.
+const OF_MANY_PARTS: [&str; 3] = [
+    "#declare N = seed(3);
+     merge {
+       #for (K, 1, 290) sphere { <rand(N), rand(N), rand(N)>*2.4 - <1.2, 0, 1.2>, 0.16 } #end
+       pigment { color rgbf <0.9, 0.95, 1, 0.8> } interior { ior 1.2 }
+     }",
+    "#declare N = seed(5);
+     difference {
+       union {
+         #for (K, 1, 270) box { -0.12, 0.12 rotate 90*<rand(N), rand(N), rand(N)> translate <rand(N), rand(N), rand(N)>*2.4 - <1.2, 0, 1.2> } #end
+       }
+       union { #for (K, 1, 40) sphere { <rand(N), rand(N), rand(N)>*2.6 - <1.3, 0, 1.3>, 0.25 } #end inverse inverse }
+       plane { <1, 0.3, 1>, 0.1 }
+       pigment { color rgb <0.8, 0.6, 0.4> } finish { reflection 0.2 }
+     }",
+    "#macro At(U, V) #local A = pi*U/8; #local B = pi*V/8; <(1.1 + 0.5*cos(B))*cos(A), 1 + 0.5*sin(B), (1.1 + 0.5*cos(B))*sin(A)> #end
+     #declare Ring = mesh {
+       #for (U, 0, 15) #for (V, 0, 15)
+         triangle { At(U, V), At(U + 1, V), At(U + 1, V + 1) } triangle { At(U, V), At(U + 1, V + 1), At(U, V + 1) }
+       #end #end
+       inside_vector <0.1, 1, 0.05>
+     };
+     difference {
+       object { Ring } box { <-2, 1.1, -2>, <2, 3, 0.3> } sphere { <0, 1, -1.2>, 0.4 }
+       pigment { color rgb <0.9, 0.5, 0.3> }
+     }
+     intersection { object { Ring scale 0.5 inverse } sphere { <0, 0.5, 0>, 0.9 } translate <1.6, 0, -1> pigment { color rgbt <1, 1, 0.8, 0.5> } }",
+];
+
+#[test]
+fn composites_of_many_parts_are_those_of_the_oracle() {
+    let begin = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 6 }
+        camera { location <0, 4, -6> look_at <0, 0.9, 0> angle 45 right 4/3*x }
+        light_source { <-3, 9, -4>, 0.8 } light_source { <5, 8, 2>, color rgb <0.5, 0.4, 0.3> }
+        plane { y, 0 pigment { color rgb 0.9 } }";
+    for parts in OF_MANY_PARTS {
+        let read = eval::from_text("parts", &format!("{begin} {parts}"), &eval::Options::default());
+        assert!(!read.has_errors(), "{:?}", read.diagnostics);
+        let oracle = picture(&read.scene, Engine::Reference, Precision::Exact, 2);
+        for precision in [Precision::Exact, Precision::Strict, Precision::Fast] {
+            let ours = picture(&read.scene, Engine::Packets, precision, 2);
+            // As for shadows through many things.
+            let (tolerance, most) =
+                if precision == Precision::Fast { (1.0 / 255.0, WIDTH * HEIGHT / 100) } else { (1e-5, 2) };
+            let off = differing(&ours, &oracle, tolerance);
+            assert!(
+                off <= most,
+                "{off} pixels, worst {:.1e}, in {precision:?}: {parts}",
+                worst(&ours, &oracle)
+            );
+        }
+    }
+}
+
 /// In single precision a composite's crossing near the middle of the scene, where points are known best, was found again and again.
 #[test]
 fn crossings_in_the_middle_of_a_scene_come_to_an_end() {

@@ -1,6 +1,7 @@
 //! What is known of a composite's parts along eight rays, and which places are inside of what.
 
 use super::cull::{NOT_NEAR, Near, PartCrossings, Side, Span, Stretch, max_abs};
+use super::long::LONG;
 use super::parts::{Many, PartSet};
 use super::scratch::{PartRoots, Scratch};
 use super::{Composite, Constraint, CsgTree, NodeKind, slice};
@@ -44,9 +45,12 @@ impl CsgTree {
         scratch: &'a mut Scratch,
     ) -> Along<'a, P> {
         scratch.crossings.clear();
-        scratch.near.clear();
-        scratch.places.clear();
-        scratch.places.resize(composite.parts.len(), NOT_NEAR);
+        scratch.forget_near();
+        scratch.first_part = composite.parts.start;
+        if scratch.places.len() < composite.parts.len() {
+            scratch.places.resize(composite.parts.len(), NOT_NEAR);
+        }
+        scratch.within_reach.clear();
         let reach = max_abs(rays.origin);
         Along { tree: self, composite, rays, source, scratch, reach, near: Many::default(), tie: TIE }
     }
@@ -64,6 +68,24 @@ pub(super) struct Along<'a, P> {
     near: Many,
     /// See [`TIE`].
     pub(super) tie: f64,
+}
+
+/// Nodes that are asked one after the other.
+enum Nodes {
+    /// Of [`CsgTree::lists`].
+    All(Range<u32>),
+    /// Of [`WithinReach::nodes`](super::scratch::WithinReach).
+    WithinReach(Range<usize>),
+}
+
+impl Nodes {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        match self {
+            Self::All(list) => list.len(),
+            Self::WithinReach(list) => list.len(),
+        }
+    }
 }
 
 /// A place on each of eight rays, with what counts as the same place.
@@ -181,7 +203,9 @@ impl<'a, P: PartRoots> Along<'a, P> {
                     }
                 }
                 Constraint::Outside(list, child) => {
-                    for &node in tree.list(list) {
+                    let list = self.within_reach(list);
+                    for k in 0..list.len() {
+                        let node = self.child(&list, k);
                         if node == *child || self.side(node) == Side::Outside {
                             continue;
                         }
@@ -211,10 +235,17 @@ impl<'a, P: PartRoots> Along<'a, P> {
                 let sides = self.node(node, at);
                 valid & (sides.before | sides.after)
             }),
-            Constraint::Outside(list, own) => tree.others(list, *own).fold(valid, |valid, node| {
-                let sides = self.node(node, at);
-                valid & !(sides.before & sides.after)
-            }),
+            Constraint::Outside(list, own) => {
+                let list = self.within_reach(list);
+                (0..list.len()).fold(valid, |valid, k| {
+                    let node = self.child(&list, k);
+                    if node == *own {
+                        return valid;
+                    }
+                    let sides = self.node(node, at);
+                    valid & !(sides.before & sides.after)
+                })
+            }
             Constraint::Inverted => valid,
         })
     }
@@ -253,6 +284,36 @@ impl<'a, P: PartRoots> Along<'a, P> {
         }
     }
 
+    /// The nodes of a list that the rays may be in somewhere, and perhaps others: for those to whom what is outside makes no
+    /// difference. (A merge of a thousand balls asks each crossing about each ball, and a ray meets twenty.)
+    #[inline(always)]
+    fn within_reach(&mut self, list: &Range<u32>) -> Nodes {
+        if list.len() < LONG { Nodes::All(list.clone()) } else { self.cut_down(list) }
+    }
+
+    #[inline(never)]
+    fn cut_down(&mut self, list: &Range<u32>) -> Nodes {
+        if let Some((_, known)) = self.scratch.within_reach.known.iter().find(|(other, _)| other == list) {
+            return Nodes::WithinReach(known.clone());
+        }
+        let Some(long) = self.tree.long.get(&list.start) else { return Nodes::All(list.clone()) };
+        let Scratch { near, within_reach, .. } = &mut *self.scratch;
+        let first = within_reach.nodes.len();
+        long.within_reach(near.iter().map(|near| near.number), &mut within_reach.nodes);
+        let found = first..within_reach.nodes.len();
+        within_reach.known.push((list.clone(), found.clone()));
+        Nodes::WithinReach(found)
+    }
+
+    /// Number `k` of some nodes.
+    #[inline(always)]
+    fn child(&self, nodes: &Nodes, k: usize) -> u32 {
+        match nodes {
+            Nodes::All(list) => self.tree.lists[list.start as usize + k],
+            Nodes::WithinReach(list) => self.scratch.within_reach.nodes[list.start + k],
+        }
+    }
+
     /// Inside part `number` just before and just after `at`.
     fn part(&mut self, number: u32, at: &Place) -> Sides {
         let place = self.scratch.places[(number - self.composite.parts.start) as usize] as usize;
@@ -279,9 +340,15 @@ impl<'a, P: PartRoots> Along<'a, P> {
         let node = &tree.nodes[node as usize];
         let mut sides = match &node.kind {
             NodeKind::Part(number) => self.part(*number, at),
-            NodeKind::All(list) => self.fold(list, at, (!0, Some(0)), |a, b| a & b),
-            NodeKind::Any(list) | NodeKind::Merged(list) => self.fold(list, at, (0, Some(!0)), |a, b| a | b),
-            NodeKind::Odd(list) => self.fold(list, at, (0, None), |a, b| a ^ b),
+            NodeKind::All(list) => self.fold(&Nodes::All(list.clone()), at, (!0, Some(0)), |a, b| a & b),
+            NodeKind::Any(list) | NodeKind::Merged(list) => {
+                let list = self.within_reach(list);
+                self.fold(&list, at, (0, Some(!0)), |a, b| a | b)
+            }
+            NodeKind::Odd(list) => {
+                let list = self.within_reach(list);
+                self.fold(&list, at, (0, None), |a, b| a ^ b)
+            }
         };
         if node.inverted {
             sides = Sides { before: !sides.before, after: !sides.after };
@@ -293,14 +360,14 @@ impl<'a, P: PartRoots> Along<'a, P> {
     #[inline(always)]
     fn fold(
         &mut self,
-        list: &Range<u32>,
+        list: &Nodes,
         at: &Place,
         (start, settled): (u8, Option<u8>),
         op: impl Fn(u8, u8) -> u8,
     ) -> Sides {
         let mut sides = Sides { before: start, after: start };
-        for &child in self.tree.list(list) {
-            let child = self.node(child, at);
+        for k in 0..list.len() {
+            let child = self.node(self.child(list, k), at);
             sides = Sides { before: op(sides.before, child.before), after: op(sides.after, child.after) };
             if let Some(settled) = settled
                 && ((sides.before ^ settled) | (sides.after ^ settled)) & at.lanes == 0

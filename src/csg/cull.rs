@@ -1,9 +1,11 @@
 //! What eight rays cannot meet: parts by their bounds, and with them whole branches of the expression.
 
+use super::long::{LONG, LongList};
 use super::parts::Many;
-use super::{Composite, CsgNode, CsgTree, NodeKind, Surroundings, slice};
+use super::{BoxTree, Composite, CsgNode, CsgTree, NodeKind, Surroundings, slice};
 use crate::kernel::{Aabb, Rays};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, highest};
+use smallvec::SmallVec;
 use std::ops::Range;
 
 /// Bounds of parts are widened by this share of the largest coordinate at hand: starts are rounded to single
@@ -19,6 +21,9 @@ pub(super) const NOT_NEAR: u32 = u32::MAX;
 
 /// So few parts are asked one by one at once.
 const FEW: usize = 3;
+
+/// Blocks that may wait without an allocation: eight of the coarsest, and seven for each level below of a million parts.
+const DEEPEST: usize = 64;
 
 /// Where eight rays are in relation to a node of a composite, as far as bounds tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +64,12 @@ impl BoundsBlock {
             }
         }
         block
+    }
+
+    /// Lowest and highest corner of number `k`.
+    #[inline(always)]
+    fn corners(&self, k: usize) -> ([f32; 3], [f32; 3]) {
+        (self.min.map(|axis| axis[k]), self.max.map(|axis| axis[k]))
     }
 }
 
@@ -273,23 +284,38 @@ impl CsgTree {
             let (live, none) = (Mask::from_bits(lanes), f32x8::lit(f64::NEG_INFINITY));
             (least, most) = (-highest(live.select(-from, none)), highest(live.select(within.leave, none)));
         }
-        for (first, block) in (0..).step_by(LANES).zip(slice(&self.bounds, &composite.bounds_blocks)) {
+        let Composite { parts, boxes: BoxTree { levels, places: order }, .. } = composite;
+        let order = slice(&self.bounds_order, order);
+        // From the coarsest blocks down.
+        let mut waiting = SmallVec::<[(usize, u32); DEEPEST]>::new();
+        waiting.extend(
+            levels
+                .last()
+                .into_iter()
+                .flat_map(|coarsest| (0..coarsest.len() as u32).rev().map(|block| (levels.len() - 1, block))),
+        );
+        while let Some((level, number)) = waiting.pop() {
+            let block = &self.bounds[(levels[level].start + number) as usize];
             // Where the group test says yes, ray by ray.
-            let mut waiting = if few { !0 } else { stretch.may_meet_block(block, least, most) };
-            while waiting != 0 {
-                let k = waiting.trailing_zeros() as usize & (LANES - 1);
-                waiting &= waiting - 1;
-                let Some(place) = places.get_mut(first + k).filter(|_| first + k < composite.parts.len())
-                else {
-                    break;
-                };
+            let met = if few { !0 } else { stretch.may_meet_block(block, least, most) };
+            let first = number as usize * LANES;
+            for k in bits(met) {
+                let (min, max) = block.corners(k);
+                if level > 0 {
+                    let from = if composite.closed { within } else { &from_behind };
+                    let is_there = first + k < levels[level - 1].len();
+                    if is_there && stretch.span(min, max, from).lanes() & lanes != 0 {
+                        waiting.push((level - 1, (first + k) as u32));
+                    }
+                    continue;
+                }
+                let Some(&part) = order.get(first + k) else { break };
+                let place = &mut places[part as usize];
                 if *place != NOT_NEAR {
                     continue; // It is known.
                 }
-                let number = composite.parts.start + (first + k) as u32;
+                let number = parts.start + part;
                 let closed = self.parts[number as usize].closed;
-                let corner = |corner: &[[f32; LANES]; 3]| [corner[0][k], corner[1][k], corner[2][k]];
-                let (min, max) = (corner(&block.min), corner(&block.max));
                 let mut span = stretch.span(min, max, if closed { within } else { &from_behind });
                 if span.lanes() & lanes != 0 {
                     if !closed {
@@ -335,9 +361,8 @@ impl CsgTree {
     ) {
         let parts = first_part..self.parts.len() as u32;
         let nodes = first_node..self.nodes.len() as u32;
-        let first_block = self.bounds.len() as u32;
         let boxes: Vec<Aabb> = self.parts[first_part as usize..].iter().map(|part| part.bounds).collect();
-        self.bounds.extend(boxes.chunks(LANES).map(BoundsBlock::new));
+        let boxes = BoxTree::over(&boxes, &mut self.bounds, &mut self.bounds_order);
         for number in nodes.clone() {
             let node = &self.nodes[number as usize];
             let side = self.side(node, &self.outside[first_node as usize..], first_node);
@@ -351,7 +376,15 @@ impl CsgTree {
             self.outside.push(side);
             self.below.push(below);
         }
-        let bounds_blocks = first_block..self.bounds.len() as u32;
+        for number in nodes.clone() {
+            if let NodeKind::Any(list) | NodeKind::Merged(list) | NodeKind::Odd(list) =
+                &self.nodes[number as usize].kind
+                && list.len() >= LONG
+            {
+                let long = LongList::of(self, list);
+                self.long.insert(list.start, long);
+            }
+        }
         let closed = self.parts[first_part as usize..].iter().all(|part| part.closed);
         let outward = |bounds: Aabb| {
             let block = BoundsBlock::new(&[bounds]);
@@ -368,7 +401,7 @@ impl CsgTree {
             nodes,
             required,
             needed,
-            bounds_blocks,
+            boxes,
             bounds,
             box_around,
             asked_within,

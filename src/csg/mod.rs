@@ -12,10 +12,12 @@
 
 mod along;
 mod best;
+mod boxes;
 mod bracket;
 mod capsule;
 mod cull;
 mod decide;
+mod long;
 mod nearest;
 mod node;
 mod parts;
@@ -23,9 +25,11 @@ mod plan;
 mod scratch;
 
 pub use best::Best;
+pub use boxes::BoxTree;
 pub use bracket::Body;
 pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
+pub use long::LongList;
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
 pub use plan::{Plan, Rules};
 pub use scratch::{PartRoots, Scratch};

@@ -1,8 +1,9 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
 use super::parts::{Few, Many};
-use super::{BoundsBlock, Capsules, Plan, Rules, Side};
+use super::{BoundsBlock, BoxTree, Capsules, LongList, Plan, Rules, Side};
 use crate::kernel::Aabb;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// All composites of a scene.
@@ -18,12 +19,16 @@ pub struct CsgTree {
     pub lists: Vec<u32>,
     /// What must hold for a part's crossing to be a surface, innermost first.
     pub constraints: Vec<Constraint>,
-    /// Bounds of parts in eights, each composite beginning a block.
+    /// Bounds of parts in eights: what [`BoxTree`] refers to.
     pub bounds: Vec<BoundsBlock>,
+    /// In which order these have the parts: what [`BoxTree`] refers to.
+    pub bounds_order: Vec<u32>,
     /// By node: its side for rays that meet no part.
     pub outside: Vec<Side>,
     /// By node: the parts of its composite that it is made of; the last stands for all that come after it, too.
     pub below: Vec<Many>,
+    /// By where in [`CsgTree::lists`] it begins, what is known of a long list of nodes.
+    pub long: FxHashMap<u32, LongList>,
     /// Parts that a composite lies within, composite by composite.
     pub required: Vec<u32>,
     /// Other nodes that it lies within.
@@ -47,8 +52,8 @@ pub struct Composite {
     pub required: Range<u32>,
     /// Nor of these nodes: a stretch of [`CsgTree::needed`].
     pub needed: Range<u32>,
-    /// The bounds of its parts: a stretch of [`CsgTree::bounds`].
-    pub bounds_blocks: Range<u32>,
+    /// The bounds of its parts.
+    pub boxes: BoxTree,
     /// Holds all its surfaces; infinite if nothing bounds it.
     pub bounds: Aabb,
     /// Holds its surfaces and its inside: lowest and highest corner, rounded outward.

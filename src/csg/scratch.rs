@@ -1,7 +1,7 @@
 //! What the ways of deciding a composite ask of its parts, and what they keep between calls.
 
 use super::bracket::Bracket;
-use super::cull::Near;
+use super::cull::{NOT_NEAR, Near};
 use super::plan::MOST_PARTS;
 use crate::kernel::Rays;
 use crate::lane::f64x8;
@@ -26,12 +26,41 @@ pub struct Scratch {
     pub(super) crossings: Vec<f64x8>,
     /// Parts that rays may meet.
     pub(super) near: Vec<Near>,
-    /// By part of the composite: its place in `near`, or [`NOT_NEAR`](super::cull::NOT_NEAR).
+    /// By part of the composite: its place in `near`, or [`NOT_NEAR`].
     pub(super) places: Vec<u32>,
+    /// The composite's first part.
+    pub(super) first_part: u32,
     /// Places in `near`, with where the first of the rays comes to them.
     pub(super) order: Vec<(f32, u32)>,
-    /// What is known of them in single precision.
+    /// What is left of long lists of nodes.
+    pub(super) within_reach: WithinReach,
+    /// What is known of parts in single precision.
     pub(super) sketch: Sketch,
+}
+
+impl Scratch {
+    /// No part is near any more. (Place by place: a mesh may have a hundred thousand parts, of which a ray meets four.)
+    pub(super) fn forget_near(&mut self) {
+        for near in self.near.drain(..) {
+            self.places[(near.number - self.first_part) as usize] = NOT_NEAR;
+        }
+    }
+}
+
+/// Of lists of nodes, those that the rays may be in.
+#[derive(Debug, Default)]
+pub(super) struct WithinReach {
+    pub(super) nodes: Vec<u32>,
+    /// Of which lists that is known, and where their nodes stand.
+    pub(super) known: Vec<(Range<u32>, Range<usize>)>,
+}
+
+impl WithinReach {
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.known.clear();
+    }
 }
 
 /// Brackets of a composite's parts along eight rays; kept between calls so that nothing is allocated.
