@@ -227,7 +227,7 @@ fn neither_threads_nor_walks_change_a_byte() {
 
 /// Glass above a floor, so that its shadows go through: things of one colour that touch, overlap and lie at one place; sheets that leave
 /// nothing of the light; and, among such, patterns, an interior that swallows and gathers light, a composite, a torus, a quartic and a mesh.
-const VEILS: [&str; 3] = [
+const VEILS: [&str; 4] = [
     "box { <-4, 1, -2>, <-2, 2, 0> pigment { color rgbf <1, 0.6, 0.6, 0.8> } } box { <-2, 1, -2>, <0, 2, 0> pigment { color rgbf <0.6, 1, 0.6, 0.9> } }
     box { <-3, 2, -1.5>, <-1, 3, 1> pigment { color rgbt <0.6, 0.6, 1, 0.7> } interior { ior 1.2 } }
     sphere { <1.5, 1.5, 0>, 1 pigment { color rgbf <1, 1, 0.4, 0.9> } no_image no_reflection }
@@ -244,6 +244,14 @@ const VEILS: [&str; 3] = [
     mesh { triangle { <2, 0.5, -1>, <4, 0.5, -1>, <3, 2.5, 0> } triangle { <4, 0.5, -1>, <3, 0.5, 1>, <3, 2.5, 0> } triangle { <3, 0.5, 1>, <2, 0.5, -1>, <3, 2.5, 0> }
       pigment { color rgbf <1, 0.8, 0.4, 0.8> } } sphere { <3, 1.4, 0>, 0.9 pigment { bozo color_map { [0 color rgbf <1, 1, 0.5, 0.9>] [1 color rgbt <0.5, 0.7, 1, 0.6>] } scale 0.4 } }
     plane { y, 3.2 pigment { color rgbf <0.95, 0.9, 1, 0.95> } no_image no_reflection }",
+    // Composites that rays cross up to a dozen times; faces of parts coincide, and parts have colours of their own.
+    "difference { merge { box { <-4, 0.6, -1.5>, <-1, 1.2, 1.2> } cylinder { <-3.2, 0.6, 0>, <-3.2, 2.6, 0>, 0.5 } sphere { <-1.8, 1.2, 0>, 0.7 } }
+      #for (I, 0, 8) cylinder { <-3.8 + 0.3*I, 0.9, -2>, <-3.8 + 0.3*I, 0.9, 2>, 0.12 pigment { color rgbf <1, 0.9, 0.6, 0.9> } } #end
+      pigment { color rgbf <0.8, 0.95, 1, 0.9> } }
+    intersection { box { <-0.6, 0.8, -1>, <1, 2.4, 0.6> } box { <-0.6, 0.8, -1.2>, <1.2, 2.4, 0.5> } sphere { <0.2, 1.6, -0.2>, 1.05 pigment { color rgbf <0.9, 0.7, 0.9, 0.9> } }
+      pigment { color rgbf <0.9, 1, 0.8, 0.8> } interior { ior 1.2 } }
+    difference { sphere { <2.6, 1.6, 0>, 1.2 } sphere { <2.6, 1.6, 0>, 1.1 } cone { <2.6, 0, 0>, 0.8, <2.6, 3.5, 0>, 0.1 } torus { 0.9, 0.2 translate <2.6, 1.9, 0> }
+      pigment { gradient x color_map { [0 color rgbf <1, 0.8, 0.8, 0.9>] [1 color rgbf <0.8, 1, 0.8, 0.8>] } } interior { ior 1.1 fade_distance 2 fade_power 1 } }",
 ];
 
 #[test]

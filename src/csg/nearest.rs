@@ -1,6 +1,6 @@
-//! The nearest surface of a composite along eight rays.
+//! The nearest surface of a composite along eight rays, and all of them.
 
-use super::along::{Place, TIE};
+use super::along::{Along, Place, TIE};
 use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
@@ -23,13 +23,7 @@ impl CsgTree {
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
-        let lanes = match composite.asked_within {
-            None => lanes,
-            Some([min, max]) => {
-                let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
-                lanes & stretch.span(min, max, &Span::up_to(f64x8::lit(f64::INFINITY))).lanes()
-            }
-        };
+        let lanes = lanes & asked(composite, (rays, stretch, all));
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => {
                 self.decide((composite, plan), rays, (lanes, t_min, any), source, scratch, best)
@@ -65,21 +59,11 @@ impl CsgTree {
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
-        let Some(mut within) = self.span(composite, stretch, Span::up_to(best.t), lanes) else { return 0 };
         let mut along = self.along(composite, rays, source, scratch);
-        // What the whole lies within is crossed first: most rays that miss the whole miss that.
-        let mut lanes = lanes;
-        for &number in slice(&self.required, &composite.required) {
-            let behind;
-            (within, behind) = along.narrowed(number, &within, t_min, stretch.slack);
-            lanes &= within.lanes() & !behind;
-            if lanes == 0 {
-                return 0;
-            }
-        }
-        if !along.cull(stretch, &within, lanes) {
+        let Some((within, lanes)) = self.approach(&mut along, composite, stretch, (lanes, t_min, best.t))
+        else {
             return 0;
-        }
+        };
         along.sort(lanes);
         let mut changed = 0;
         let mut reach = f32x8::from_f64s(best.t);
@@ -106,13 +90,7 @@ impl CsgTree {
                 if wanted == 0 {
                     continue;
                 }
-                let place = along.place(at, wanted);
-                // Beyond the bounds of part or whole nothing is a surface, and nothing is known of the other parts.
-                wanted &= (enter.le(place.about) & place.about.le(leave)).bits();
-                if wanted == 0 {
-                    continue;
-                }
-                wanted &= along.is_surface(number, &Place { lanes: wanted, ..place });
+                wanted = surface_between(&mut along, number, [enter, leave], (at, wanted));
                 if any {
                     best.surface = choose(wanted, &[best.first_part + number; LANES], &best.surface);
                     changed |= wanted;
@@ -129,6 +107,73 @@ impl CsgTree {
             }
         }
         changed
+    }
+
+    /// Hands on all surfaces of `composite` beyond `t_min` and before `t_max` in the lanes of `lanes`, in no order: parts, distances
+    /// and the lanes they hold for. Otherwise as [`CsgTree::nearest`].
+    ///
+    /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
+    /// them would go the way of all crossings.
+    pub fn surfaces(
+        &self,
+        composite: &Composite,
+        (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8),
+        (lanes, [t_min, t_max], classes): (u8, [f64x8; 2], u8),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+        mut found: impl FnMut(u32, f64x8, u8),
+    ) {
+        let lanes = lanes & asked(composite, (rays, stretch, all));
+        let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+        let mut along = self.along(composite, rays, source, scratch);
+        let Some((within, lanes)) = self.approach(&mut along, composite, stretch, (lanes, t_min, t_max))
+        else {
+            return;
+        };
+        for place in 0..along.scratch.near.len() {
+            let Near { number, span, .. } = along.scratch.near[place];
+            let (enter, leave) = (span.enter.max(within.enter), span.leave.min(within.leave));
+            let live = enter.le(leave).bits() & lanes;
+            let part = &self.parts[number as usize];
+            if live == 0 || !part.seen || part.classes & classes == 0 {
+                continue;
+            }
+            let PartCrossings { first, surface_end, .. } = along.crossed(place);
+            for k in first..surface_end {
+                let at = along.scratch.crossings[k as usize];
+                let wanted = (at.gt(t_min) & at.lt(t_max)).bits() & live;
+                if wanted != 0 {
+                    let wanted = surface_between(&mut along, number, [enter, leave], (at, wanted));
+                    if wanted != 0 {
+                        found(number, at, wanted);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Finds what is near of a composite between `t_min` and `t_max`: where all of that lies and the lanes in which there is any;
+    /// none if there is nothing.
+    #[inline(always)]
+    fn approach<P: PartRoots>(
+        &self,
+        along: &mut Along<P>,
+        composite: &Composite,
+        stretch: &Stretch,
+        (lanes, t_min, t_max): (u8, f64x8, f64x8),
+    ) -> Option<(Span, u8)> {
+        let mut lanes = lanes;
+        let mut within = self.span(composite, stretch, Span::up_to(t_max), lanes)?;
+        // What the whole lies within is crossed first: most rays that miss the whole miss that.
+        for &number in slice(&self.required, &composite.required) {
+            let behind;
+            (within, behind) = along.narrowed(number, &within, t_min, stretch.slack);
+            lanes &= within.lanes() & !behind;
+            if lanes == 0 {
+                return None;
+            }
+        }
+        along.cull(stretch, &within, lanes).then_some((within, lanes))
     }
 
     /// Lanes whose rays start in the composite, as [`super::Surroundings`] have it.
@@ -172,4 +217,29 @@ impl CsgTree {
             along.collect_parts(composite.root, lanes, &at, found);
         }
     }
+}
+
+/// The lanes whose rays come to where a composite is asked for at all.
+#[inline(always)]
+fn asked(composite: &Composite, (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8)) -> u8 {
+    let Some([min, max]) = composite.asked_within else { return !0 };
+    let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+    stretch.span(min, max, &Span::up_to(f64x8::lit(f64::INFINITY))).lanes()
+}
+
+/// Those of the `wanted` lanes in which the crossing of a part at `at` is a surface of the whole. Beyond the bounds of part or
+/// whole, which leave what is between `enter` and `leave`, nothing is, and nothing is known of the other parts.
+#[inline(always)]
+fn surface_between<P: PartRoots>(
+    along: &mut Along<P>,
+    number: u32,
+    [enter, leave]: [f32x8; 2],
+    (at, wanted): (f64x8, u8),
+) -> u8 {
+    let place = along.place(at, wanted);
+    let wanted = wanted & (enter.le(place.about) & place.about.le(leave)).bits();
+    if wanted == 0 {
+        return 0;
+    }
+    wanted & along.is_surface(number, &Place { lanes: wanted, ..place })
 }

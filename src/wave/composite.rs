@@ -47,9 +47,7 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
         first_part: scene.first_part,
         ranks: &scene.ranks,
     };
-    let parts = &composite.parts;
-    let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
-    let source = Parts { scene, left: &query.left, part: &query.part, starts };
+    let source = Parts::of(scene, composite, query);
     let (rays, looking) = ((rays, stretch, query.lanes), (lanes, t_min, ANY, filter));
     let changed = scene.csg.nearest(composite, rays, looking, &source, scratch, &mut best);
     if changed != 0 {
@@ -59,6 +57,24 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
         }
     }
     changed
+}
+
+/// Hands on all surfaces of a composite, with their distances, in the way of the rays `lanes` of `query`: in no order.
+pub fn surfaces<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    composite: &Composite,
+    query: &Query<S::Lane>,
+    (lanes, filter): (u8, u8),
+    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
+    mut found: impl FnMut(SurfaceId, f64x8, u8),
+) {
+    let mut room = None;
+    let rays = query.rays.in_double(&mut room);
+    let limits = [query.t_min, query.t].map(Lane::to_f64s);
+    let source = Parts::of(scene, composite, query);
+    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, limits, filter));
+    let found = |part, t, lanes| found(scene.first_part + part, t, lanes);
+    scene.csg.surfaces(composite, rays, looking, &source, scratch, found);
 }
 
 /// Crossings of composites' parts.
@@ -95,7 +111,15 @@ impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     }
 }
 
-impl<S: Scalar, B: Scalar> Parts<'_, S, B> {
+impl<'a, S: Scalar, B: Scalar> Parts<'a, S, B> {
+    /// Those of one composite, for the rays of `query`.
+    #[inline(always)]
+    fn of(scene: &'a Geometry<S, B>, composite: &Composite, query: &'a Query<S::Lane>) -> Self {
+        let Composite { parts, .. } = composite;
+        let starts = query.starts_within(scene.first_part + parts.start, parts.len() as u32);
+        Self { scene, left: &query.left, part: &query.part, starts }
+    }
+
     /// A part's crossings, with all else that is to be known of it if it is to be `full`.
     #[inline]
     fn ask(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>, full: bool) -> (usize, u8) {

@@ -1,14 +1,16 @@
 //! What is see-through in the way of shadow rays: noted thing by thing while a walk looks for what blocks them, and
 //! gone through crossing by crossing once nothing does.
 
-use super::composite::composites;
-use super::query::{Query, start_rounding};
+use super::composite::surfaces;
+use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
-use crate::bvh::{Count, Run};
-use crate::compile::{COMPOSITE, Geometry, NO_SURFACE, SurfaceId, WithBlock, class};
-use crate::csg::{Scratch, Stretch};
+use crate::bvh::Count;
+use crate::compile::{Geometry, SurfaceId, WithBlock, class};
+use crate::csg::Scratch;
 use crate::kernel::{Block, Left, Looking, Rays, View};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane};
+use glam::DVec3;
+use std::cmp::Ordering;
 
 /// Something that is see-through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +98,12 @@ pub struct Crossing {
     pub tint: Option<[f32; 3]>,
 }
 
+impl Crossing {
+    fn order(&self, other: &Self) -> Ordering {
+        self.t.total_cmp(&other.t).then(self.rank.cmp(&other.rank))
+    }
+}
+
 /// The crossings of eight rays with several things, ray by ray and in order; a buffer.
 #[derive(Debug, Default)]
 pub struct Crossings {
@@ -134,21 +142,25 @@ impl Crossings {
                     });
                 }
                 Transparent::Composite(number) => {
-                    each_of_composite(
-                        scene,
-                        query,
-                        (number, met),
-                        (scratch, &mut stretch),
-                        |lane, t, surface| {
-                            let (rank, tint) = (scene.ranks.of(surface), tint(surface));
-                            found[lane].push(Crossing { t, rank, surface, tint });
-                        },
-                    );
+                    let before = each_lane(|lane| found[lane].len());
+                    let composite = &scene.csg.composites[number as usize];
+                    let (looking, buffers) = ((met, class::FILTERS), (&mut *scratch, &mut stretch));
+                    surfaces(scene, composite, query, looking, buffers, |surface, t, crossed| {
+                        let (rank, tint) = (scene.ranks.of(surface), tint(surface));
+                        for lane in bits(crossed) {
+                            found[lane].push(Crossing { t: t.lanes()[lane], rank, surface, tint });
+                        }
+                    });
+                    for lane in bits(met) {
+                        found[lane][before[lane]..].sort_unstable_by(Crossing::order);
+                        let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));
+                        settle::<S>(&mut found[lane], before[lane], line);
+                    }
                 }
             }
         }
         for crossings in found {
-            crossings.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.rank.cmp(&b.rank)));
+            crossings.sort_unstable_by(Crossing::order);
         }
     }
 
@@ -170,31 +182,22 @@ impl Crossings {
 /// A crossing is off by one rounding of its distance in the scene's precision, and the sum with this by another; four are two places.
 const T_ROUNDINGS: f64 = 4.0;
 
-/// Hands on lane, distance and surface of each crossing of the rays of `query`, of which `lanes` are of interest, with a composite.
-fn each_of_composite<S: Scalar, B: Scalar>(
-    scene: &Geometry<S, B>,
-    query: &Query<S::Lane>,
-    (number, mut lanes): (u32, u8),
-    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
-    mut crossed: impl FnMut(usize, f64, SurfaceId),
-) {
-    let run = Run { kind: COMPOSITE, class: class::FILTERS, last: true, len: 1, first: number };
-    let mut next = *query;
-    while lanes != 0 {
-        (next.t, next.surface) = (query.t, [NO_SURFACE; LANES]);
-        let buffers = (&mut *scratch, &mut *stretch);
-        lanes = composites::<S, B, false>(scene, &run, &mut next, (lanes, class::FILTERS), buffers);
-        for lane in bits(lanes) {
-            crossed(lane, next.t.lanes()[lane].to_f64(), next.surface[lane]);
+/// Drops those of a ray's crossings with a composite, which come in order, that are at one place with the one before, and rounds the
+/// others to the scene's precision.
+fn settle<S: Scalar>(crossings: &mut Vec<Crossing>, first: usize, line: (DVec3, DVec3)) {
+    let (mut kept, mut beyond) = (first, f64::NEG_INFINITY);
+    for k in first..crossings.len() {
+        let crossing = crossings[k];
+        if crossing.t > beyond {
+            // Near the middle of the scene points are known better than what the crossing itself is rounded by.
+            let t = rounded::<S>(crossing.t);
+            let rounding = rounding_at::<S>(line, t).max(t * (T_ROUNDINGS * S::UNIT_ROUNDOFF));
+            beyond = rounded::<S>(t + rounding);
+            crossings[kept] = Crossing { t, ..crossing };
+            kept += 1;
         }
-        // Within the rounding of where a ray would go on there is nothing new. Near the middle of the scene that is less than what the
-        // crossing itself, which is known in double, was rounded by: it would be found again, without end.
-        let point = next.rays.origin + next.rays.dir * next.t;
-        let rounding = start_rounding(&point).max(next.t * S::Lane::lit(T_ROUNDINGS * S::UNIT_ROUNDOFF));
-        let beyond = next.t + rounding;
-        lanes &= beyond.gt(next.t_min).bits();
-        next.t_min = Mask::from_bits(lanes).select(beyond, next.t_min);
     }
+    crossings.truncate(kept);
 }
 
 /// Hands on the crossings of the rays of `query`, of which `lanes` are of interest, with one primitive, the nearest first.

@@ -7,7 +7,7 @@ use super::crossings::{Crossing, Crossings, Transparent, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
-use super::query::{Query, START_ROUNDINGS, start_rounding};
+use super::query::{Query, rounded, rounding_at, start_rounding};
 use super::queue::Feelers;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId};
 use crate::kernel::Surfaces;
@@ -146,14 +146,7 @@ pub fn through<S: Scalar, B: Scalar>(
 
 /// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
 /// [`Passage::cross`] has it, so that it does not matter to a ray what its neighbours meet.
-fn tinted<S: Scalar>(
-    crossings: &[Crossing],
-    (origin, dir): (DVec3, DVec3),
-    mut after: f64,
-) -> Option<[f32; 3]> {
-    // (A sum or product of single precision is that of double, rounded once more.)
-    let rounded = |x: f64| S::from_f64(x).to_f64();
-    let each = |v: DVec3| DVec3::from_array(v.to_array().map(rounded));
+fn tinted<S: Scalar>(crossings: &[Crossing], line: (DVec3, DVec3), mut after: f64) -> Option<[f32; 3]> {
     let mut filter = [1.0f32; 3];
     for &Crossing { t, tint, .. } in crossings {
         if t <= after {
@@ -164,8 +157,7 @@ fn tinted<S: Scalar>(
         if !filter.iter().any(|x| f64::from(x.abs()) >= NO_LIGHT) {
             return Some([0.0; 3]);
         }
-        let point = each(origin + each(dir * t));
-        after = rounded(t + point.abs().max_element() * (START_ROUNDINGS * S::UNIT_ROUNDOFF));
+        after = rounded::<S>(t + rounding_at::<S>(line, t));
     }
     Some(filter)
 }

@@ -4,6 +4,7 @@ use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::{Ranks, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};
+use glam::DVec3;
 
 /// Packets that walk the tree together.
 pub const GROUP: usize = 8;
@@ -37,6 +38,20 @@ pub const START_ROUNDINGS: f64 = 32.0;
 #[inline(always)]
 pub fn start_rounding<L: Lane>(origin: &Vec3<L>) -> L {
     origin.abs().max_element() * L::lit(START_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
+}
+
+/// The same of where a ray has come to, of its own precision `S`.
+#[inline(always)]
+pub fn rounding_at<S: Scalar>((origin, dir): (DVec3, DVec3), t: f64) -> f64 {
+    // (A sum or product of single precision is that of double, rounded once more.)
+    let each = |v: DVec3| DVec3::from_array(v.to_array().map(rounded::<S>));
+    each(origin + each(dir * t)).abs().max_element() * (START_ROUNDINGS * S::UNIT_ROUNDOFF)
+}
+
+/// The number of precision `S` that is next to `x`.
+#[inline(always)]
+pub fn rounded<S: Scalar>(x: f64) -> f64 {
+    S::from_f64(x).to_f64()
 }
 
 impl<L: Lane> Query<L> {
