@@ -196,8 +196,8 @@ impl CsgTree {
         best: &mut Best,
     ) -> Decided {
         let from = rays.origin - Vec3::splat(plan.middle);
-        let shift = -from.dot(rays.dir);
-        let foot = (from + rays.dir * shift).cast::<f32x8>();
+        let shift = -from.fused_dot(rays.dir);
+        let foot = rays.dir.fused(shift, from).cast::<f32x8>();
         let pad = f32x8::splat(plan.pad);
         let lines = FootRays { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad };
         let mut window = Window::new(plan, &lines, (lanes, t_min, best.t));
