@@ -4,20 +4,24 @@
 //! the linear part: `own = M (p - c)`. A far origin then cancels in one subtraction, rounded once, and not in a sum
 //! of large products. Directions keep the length that the map gives them, so `t` is the same in both spaces.
 
-use super::{Aabb, OwnSpace, Rays, gather_apart, one_row, permuted};
+use super::{Aabb, OwnSpace, Rays, one_row, permuted};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use crate::scene::Transform;
 use glam::{DMat3, DVec3};
 use std::any::Any;
 
-/// `n` frames in columns: `center` (3, world), `to_own` (9, rows of `M`, 1 / scene unit), `to_world` (9, rows of
-/// `M`'s inverse, scene units).
+/// `n` frames, each with its numbers together: who asks for one needs them all, and has them with one look whether it is there and a
+/// few cache lines, where columns would take as many of either as there are numbers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Frames<S> {
-    center: [Vec<S>; 3],
-    to_own: [Vec<S>; 9],
-    to_world: [Vec<S>; 9],
+    /// World position of the centre and the rows of `M` (1 / scene unit).
+    to_own: Vec<[S; ROW]>,
+    /// The same position and the rows of `M`'s inverse (scene units).
+    to_world: Vec<[S; ROW]>,
 }
+
+/// Numbers of an affine map.
+const ROW: usize = 12;
 
 /// The way from the world into a primitive's own space, per lane.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +39,13 @@ fn apply<L: Lane>(rows: &[Vec3<L>; 3], v: Vec3<L>) -> Vec3<L> {
 }
 
 impl<L: Lane> Frame<L> {
+    /// From a row of [`Frames`].
+    #[inline(always)]
+    fn of([a, b, c, m @ ..]: [L; ROW]) -> Self {
+        let row = |k: usize| Vec3::new(m[k], m[k + 1], m[k + 2]);
+        Self { center: Vec3::new(a, b, c), rows: [row(0), row(3), row(6)] }
+    }
+
     /// Rays in the primitive's own space; their directions are not of unit length, `t` is the world's.
     #[inline(always)]
     pub fn rays(&self, rays: &Rays<L>) -> Rays<L> {
@@ -106,60 +117,45 @@ impl<L: Lane> Rays<L> {
 impl<S: Scalar> Frames<S> {
     /// Adds a row; `world_from_own.forward` leads from the primitive's own space to the world.
     pub fn push(&mut self, world_from_own: &Transform) {
-        let forward = world_from_own.forward;
-        for (column, x) in self.center.iter_mut().zip(forward.translation.to_array()) {
-            column.push(S::from_f64(x));
-        }
-        for (columns, matrix) in
-            [(&mut self.to_own, world_from_own.inverse.matrix3), (&mut self.to_world, forward.matrix3)]
-        {
-            for (k, column) in columns.iter_mut().enumerate() {
-                column.push(S::from_f64(matrix.row(k / 3)[k % 3]));
-            }
-        }
+        let (forward, inverse) = (world_from_own.forward, world_from_own.inverse);
+        let row = |matrix: DMat3| {
+            let [x, y, z] = [0, 1, 2].map(|k| matrix.row(k).to_array().map(S::from_f64));
+            let [a, b, c] = forward.translation.to_array().map(S::from_f64);
+            [a, b, c, x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]]
+        };
+        self.to_own.push(row(inverse.matrix3));
+        self.to_world.push(row(forward.matrix3));
     }
 
     /// Rows.
     pub fn len(&self) -> usize {
-        self.center[0].len()
+        self.to_own.len()
     }
 
     /// The middle of frame `i` in every lane.
     #[inline(always)]
     pub fn center(&self, i: usize) -> Vec3<S::Lane> {
-        let c = |k: usize| S::Lane::splat(self.center[k][i]);
-        Vec3::new(c(0), c(1), c(2))
+        let [x, y, z, ..] = self.to_own[i];
+        Vec3::broadcast([x, y, z])
     }
 
     /// Frame `i` in every lane.
     #[inline(always)]
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
-        let m = |k: usize| S::Lane::splat(self.to_own[k][i]);
-        Frame { center: self.center(i), rows: rows(m) }
+        Frame::of(self.to_own[i].map(S::Lane::splat))
     }
 
     /// Frame `index[k]` in lane `k`.
     #[inline(always)]
     pub fn gathered(&self, index: &[u32; LANES]) -> Frame<S::Lane> {
-        if let Some(row) = one_row(index) {
-            return self.at(row);
-        }
-        let m = |k: usize| gather_apart(&self.to_own[k], index);
-        let c = |k: usize| gather_apart(&self.center[k], index);
-        Frame { center: Vec3::new(c(0), c(1), c(2)), rows: rows(m) }
+        Frame::of(gather_rows(&self.to_own, index))
     }
 
     /// World positions of points given in the own space of primitive `index[k]`.
     #[inline(always)]
     pub fn to_world(&self, index: &[u32; LANES], own: Vec3<S::Lane>) -> Vec3<S::Lane> {
-        if let Some(row) = one_row(index) {
-            let rows = rows(|k| S::Lane::splat(self.to_world[k][row]));
-            return self.center(row) + apply(&rows, own);
-        }
-        let m = |k: usize| gather_apart(&self.to_world[k], index);
-        let c = |k: usize| gather_apart(&self.center[k], index);
-        let rows = rows(m);
-        Vec3::new(c(0), c(1), c(2)) + apply(&rows, own)
+        let Frame { center, rows } = Frame::of(gather_rows(&self.to_world, index));
+        center + apply(&rows, own)
     }
 
     /// A world box around the own-space box from `middle - half` to `middle + half`, as the columns have it.
@@ -206,21 +202,23 @@ impl<S: Scalar> Frames<S> {
     }
 
     fn center_of(&self, i: usize) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|k| self.center[k][i].to_f64()))
+        let [x, y, z, ..] = self.to_own[i].map(S::to_f64);
+        DVec3::new(x, y, z)
     }
 
     fn forward_of(&self, i: usize) -> DMat3 {
         self.matrix(&self.to_world, i)
     }
 
-    fn matrix(&self, rows: &[Vec<S>; 9], i: usize) -> DMat3 {
-        DMat3::from_cols_array(&std::array::from_fn(|k| rows[k][i].to_f64())).transpose()
+    fn matrix(&self, rows: &[[S; ROW]], i: usize) -> DMat3 {
+        let [_, _, _, rows @ ..] = rows[i].map(S::to_f64);
+        DMat3::from_cols_array(&rows).transpose()
     }
 
     /// Row `k` becomes the former row `order[k]`.
     pub fn permute(&mut self, order: &[u32]) {
-        for column in self.center.iter_mut().chain(&mut self.to_own).chain(&mut self.to_world) {
-            *column = permuted(column, order);
+        for rows in [&mut self.to_own, &mut self.to_world] {
+            *rows = permuted(rows, order);
         }
     }
 }
@@ -230,10 +228,24 @@ fn abs_rows<L: Lane>([x, y, z]: &[Vec3<L>; 3]) -> [Vec3<L>; 3] {
     [x.abs(), y.abs(), z.abs()]
 }
 
-/// Three rows of a matrix whose entry `3 r + c` is `m(3 r + c)`.
+/// Rows of eight primitives, column by column.
 #[inline(always)]
-fn rows<L: Lane>(m: impl Fn(usize) -> L) -> [Vec3<L>; 3] {
-    [Vec3::new(m(0), m(1), m(2)), Vec3::new(m(3), m(4), m(5)), Vec3::new(m(6), m(7), m(8))]
+fn gather_rows<S: Scalar>(rows: &[[S; ROW]], index: &[u32; LANES]) -> [S::Lane; ROW] {
+    let mut columns = rows[index[0] as usize].map(S::Lane::splat);
+    if one_row(index).is_none() {
+        gather_rows_apart(rows, index, &mut columns);
+    }
+    columns
+}
+
+/// The same of rows that are not all one. (Inlined, it has the compiler keep what either way has made in halves of registers, and
+/// store all of that several times over.)
+#[inline(never)]
+fn gather_rows_apart<S: Scalar>(rows: &[[S; ROW]], index: &[u32; LANES], columns: &mut [S::Lane; ROW]) {
+    let rows = index.map(|row| &rows[row as usize]);
+    for (k, column) in columns.iter_mut().enumerate() {
+        *column = S::Lane::from_fn(|lane| rows[lane][k]);
+    }
 }
 
 fn forward_abs(m: &DMat3) -> DMat3 {
