@@ -1,0 +1,30 @@
+// A composite of many parts: a ring of 125,000 triangles, cut open and bitten.
+#version 3.7;
+global_settings { assumed_gamma 1.0 max_trace_level 10 }
+background { color rgb <0.3, 0.5, 0.7> }
+camera { location <0, 2, -5> look_at 0 angle 45 right x*image_width/image_height }
+light_source { <5, 8, -6> color rgb 0.9 }
+light_source { <-7, 6, -3> color rgb <0.25, 0.3, 0.35> }
+plane { y, -0.5 pigment { checker color rgb 0.75, color rgb 0.3 } }
+#declare N = 250;
+#macro At(U, V)
+  #local A = 2*pi*U/N;
+  #local B = 2*pi*V/N;
+  <(1.2 + 0.45*cos(B))*cos(A), 0.45*sin(B), (1.2 + 0.45*cos(B))*sin(A)>
+#end
+#declare Ring = mesh {
+  #for (U, 0, N - 1)
+    #for (V, 0, N - 1)
+      triangle { At(U, V), At(U + 1, V), At(U + 1, V + 1) }
+      triangle { At(U, V), At(U + 1, V + 1), At(U, V + 1) }
+    #end
+  #end
+  inside_vector y
+}
+difference {
+  object { Ring }
+  box { <-2, 0.001, -2>, <0.2, 2, 2> }
+  sphere { <1.2, 0.3, -0.2>, 0.5 }
+  pigment { color rgb <0.8, 0.6, 0.3> }
+  finish { specular 0.5 roughness 0.02 reflection 0.15 }
+}
