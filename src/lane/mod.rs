@@ -15,8 +15,8 @@ pub use vec3::Vec3;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
-pub use wide::{f32x4, f32x8, f32x16, f64x8};
-use wide::{f64x4, u32x8};
+use wide::u32x8;
+pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 
 /// Lanes in a packet.
 pub const LANES: usize = 8;

@@ -122,22 +122,13 @@ macro_rules! impl_quad {
 impl_quad!(f32x4, f32, |x| x);
 impl_quad!(f64x4, f64, |x: f64x4| f32x4::from(x.to_array().map(|x| x as f32)));
 
-/// Eight rows of numbers as columns, a row a lane; `M` is a multiple of [`QUAD`].
+/// Eight rows of four numbers as four columns.
 #[inline(always)]
-pub fn columns<const M: usize>(rows: &[[f64; M]; LANES]) -> [f64x8; M] {
-    let mut columns = [f64x8::ZERO; M];
-    for (number, four) in columns.chunks_exact_mut(QUAD).enumerate() {
-        // `wide` turns four rows of four by shuffles; eight of eight it takes apart.
-        let turned = |first: usize| {
-            let row = |k: usize| std::array::from_fn::<f64, QUAD, _>(|m| rows[first + k][number * QUAD + m]);
-            f64x4::transpose([0, 1, 2, 3].map(|k| f64x4::from(row(k))))
-        };
-        let (low, high) = (turned(0), turned(QUAD));
-        for (column, halves) in four.iter_mut().zip(low.into_iter().zip(high)) {
-            *column = bytemuck::cast([halves.0, halves.1]);
-        }
-    }
-    columns
+pub fn columns(rows: [f64x4; LANES]) -> [f64x8; QUAD] {
+    // `wide` turns four rows of four by shuffles; eight of eight it takes apart.
+    let [a, b, c, d, e, f, g, h] = rows;
+    let (low, high) = (f64x4::transpose([a, b, c, d]), f64x4::transpose([e, f, g, h]));
+    std::array::from_fn(|k| bytemuck::cast([low[k], high[k]]))
 }
 
 #[cfg(test)]
@@ -146,8 +137,9 @@ mod tests {
 
     #[test]
     fn rows_become_columns() {
-        let rows: [[f64; 12]; LANES] = std::array::from_fn(|k| std::array::from_fn(|m| (100 * k + m) as f64));
-        for (m, column) in columns(&rows).into_iter().enumerate() {
+        let rows: [[f64; QUAD]; LANES] =
+            std::array::from_fn(|k| std::array::from_fn(|m| (100 * k + m) as f64));
+        for (m, column) in columns(rows.map(f64x4::from)).into_iter().enumerate() {
             assert_eq!(column.to_array(), std::array::from_fn(|k| (100 * k + m) as f64));
         }
     }

@@ -39,24 +39,48 @@ pub static NOISE_TABLE: [f64; 267] = [
     0.659449, -0.0275121, 0.821897, -0.2262149, 0.0181737, 0.5004811, -0.420127, -0.427878, 0.566186,
 ];
 
-/// A shuffled 0..4096, twice over, so that an index may be one too large.
-pub static NOISE_HASH: LazyLock<Box<[u16; 8192]>> = LazyLock::new(|| {
-    let mut hash = Box::new([0u16; 8192]);
-    hash.iter_mut().enumerate().for_each(|(i, h)| *h = (i % 4096) as u16);
+/// Cells of the lattice along an axis, after which it repeats.
+const PERIOD: usize = 4096;
+
+/// The permutation that spreads the corners' numbers: a shuffled `0..PERIOD`.
+#[derive(Debug)]
+pub struct Lattice {
+    hash: [u16; PERIOD],
+    /// The lowest eight bits of it: where a corner's functions begin in [`NOISE_TABLE`].
+    first: [u8; PERIOD],
+}
+
+/// The one there is.
+pub static LATTICE: LazyLock<Lattice> = LazyLock::new(|| {
+    let mut hash = std::array::from_fn(|i| i as u16);
     let mut state = 0u32;
-    for i in (0..4096).rev() {
+    for i in (0..PERIOD).rev() {
         state = state.wrapping_mul(1_812_433_253).wrapping_add(12_345);
-        hash.swap(i, usize::from((state >> 16) as u16 & 0x7fff) % 4096);
+        hash.swap(i, usize::from((state >> 16) as u16 & 0x7fff) % PERIOD);
     }
-    let (first, second) = hash.split_at_mut(4096);
-    second.copy_from_slice(first);
-    hash
+    Lattice { hash, first: hash.map(|number| number as u8) }
 });
 
-/// Coordinates are shifted by this before they become indices of the lattice, which repeats after 4096.
+/// Coordinates are shifted by this before they become indices of the lattice.
 const LATTICE_SHIFT: i64 = 10_000;
 /// Negative coordinates within this of an integer count as that integer.
 const LATTICE_EDGE: f64 = 1.0 - 1e-10;
+/// Cells from here on have no noise: their numbers would overflow, and coordinates have no fraction left anyway.
+pub const LATTICE_END: f64 = 1e15;
+
+impl Lattice {
+    /// Where in [`NOISE_TABLE`] the functions of a cell's corners begin: the corner that is far along the axes whose bits (1 for
+    /// x, 2 for y, 4 for z) its index has. (Of a cell beyond [`LATTICE_END`] anything.)
+    #[inline(always)]
+    pub fn corners(&self, cell: [f64; 3]) -> [u8; 8] {
+        let [x, y, z] = cell.map(|c| (c as i64).wrapping_add(LATTICE_SHIFT) as usize % PERIOD);
+        let hash = |number: usize| usize::from(self.hash[number % PERIOD]);
+        let along_x = [hash(x), hash(x + 1)];
+        let across: [_; 4] = std::array::from_fn(|k| hash(along_x[k & 1] ^ (y + (k >> 1))));
+        std::array::from_fn(|k| self.first[(across[k & 3] ^ (z + (k >> 2))) % PERIOD])
+    }
+}
+
 /// Range correction of noise generator 2, the default: `(noise + offset) * scale` lies in 0..1.
 const RANGE_OFFSET: f64 = 1.05242;
 /// See [`RANGE_OFFSET`].
@@ -134,19 +158,17 @@ impl Generator {
 
 /// Noise in 0..1 (generator 2). NaN where a coordinate is not finite or beyond 10^15.
 pub fn noise<T: Number>(p: [T; 3]) -> T {
-    let [sum] = lattice::<T, 1, 32>(p);
-    ((sum + RANGE_OFFSET) * RANGE_SCALE).unit()
+    ((T::lattice(p) + RANGE_OFFSET) * RANGE_SCALE).unit()
 }
 
 /// Noise of generator 1, that of POV-Ray before 3.5.
 fn original_noise<T: Number>(p: [T; 3]) -> T {
-    let [sum] = lattice::<T, 1, 32>(p);
-    (sum + 0.5).unit()
+    (T::lattice(p) + 0.5).unit()
 }
 
 /// Three noises about 0, independent of each other.
 pub fn noise_vector<T: Number>(p: [T; 3]) -> [T; 3] {
-    lattice::<T, 3, 96>(p)
+    T::lattices(p)
 }
 
 /// Noises of falling size added up, about 0..1.
@@ -174,46 +196,65 @@ pub fn turbulence_vector<T: Number>(p: [T; 3], octaves: &Octaves) -> [T; 3] {
     sum
 }
 
-/// `N` sums over the eight corners of the cell about `p`; `M` is `32 N`.
+/// The cell about a point, by its corner nearest to the origin (on the negative side farthest).
 #[inline(always)]
-fn lattice<T: Number, const N: usize, const M: usize>(p: [T; 3]) -> [T; N] {
-    let cell = p.map(|v| v.if_less(T::lit(0.0), (v - LATTICE_EDGE).whole(), v.whole()));
-    let hash = &**NOISE_HASH;
-    let slopes: [T; M] = T::rows(cell, |cell, slopes| slopes_at(hash, cell, slopes));
-    // Along each axis where it is from the near and the far corner, and their weights.
-    let sides: [_; 3] = std::array::from_fn(|axis| {
-        let at = p[axis] - cell[axis];
-        let far = at * at * (T::lit(3.0) - at * 2.0);
-        [(at, T::lit(1.0) - far), (at - 1.0, far)]
-    });
-    let mut sums = [T::lit(0.0); N];
-    for corner in 0..8 {
-        let [(x, weight_x), (y, weight_y), (z, weight_z)]: [_; 3] =
-            std::array::from_fn(|axis| sides[axis][corner >> axis & 1]);
-        let weight = weight_x * weight_y * weight_z;
+pub fn cell_of<T: Number>(p: [T; 3]) -> [T; 3] {
+    p.map(|v| v.if_less(T::lit(0.0), (v - LATTICE_EDGE).whole(), v.whole()))
+}
+
+/// A point in its cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Within<T> {
+    /// By axis, where it is from the near and from the far corner.
+    pub from: [[T; 2]; 3],
+    /// By axis, the weights of the near and of the far corner.
+    weights: [[T; 2]; 3],
+}
+
+impl<T: Number> Within<T> {
+    /// `p` in `cell`.
+    #[inline(always)]
+    pub fn new(p: [T; 3], cell: [T; 3]) -> Self {
+        let at: [T; 3] = std::array::from_fn(|axis| p[axis] - cell[axis]);
+        let weights = at.map(|at| {
+            let far = at * at * (T::lit(3.0) - at * 2.0);
+            [T::lit(1.0) - far, far]
+        });
+        Self { from: at.map(|at| [at, at - 1.0]), weights }
+    }
+
+    /// How far it is from a corner along each axis.
+    #[inline(always)]
+    pub fn from_corner(&self, corner: usize) -> [T; 3] {
+        std::array::from_fn(|axis| self.from[axis][corner >> axis & 1])
+    }
+
+    /// The weight of a corner.
+    #[inline(always)]
+    pub fn weight(&self, corner: usize) -> T {
+        let [x, y, z]: [T; 3] = std::array::from_fn(|axis| self.weights[axis][corner >> axis & 1]);
+        x * y * z
+    }
+}
+
+/// `N` sums over the eight corners of the cell about `p`, each of the next of their functions. NaN where there is no noise.
+///
+/// This order of operations is the law for all kinds of numbers: they come to the same bits.
+pub fn sums_at<const N: usize>(p: [f64; 3]) -> [f64; N] {
+    let cell = cell_of(p);
+    if !cell.iter().all(|c| c.abs() < LATTICE_END) {
+        return [f64::NAN; N];
+    }
+    let (within, corners) = (Within::new(p, cell), LATTICE.corners(cell));
+    let mut sums = [0.0; N];
+    for (corner, first) in corners.into_iter().enumerate() {
+        let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));
         for (n, sum) in sums.iter_mut().enumerate() {
-            let [constant, a, b, c] = [0, 1, 2, 3].map(|k| slopes[4 * (N * corner + n) + k]);
-            *sum = *sum + weight * (constant * 0.5 + a * x + b * y + c * z);
+            let [constant, a, b, c] = [0, 1, 2, 3].map(|k| NOISE_TABLE[usize::from(first) + 4 * n + k]);
+            *sum += weight * (constant * 0.5 + a * x + b * y + c * z);
         }
     }
     sums
-}
-
-/// The random linear functions of the corners of a cell, one after the other, of each as many neighbours as there is room for: a constant and three
-/// slopes. NaN where indices would overflow: there is no fraction left in such numbers anyway.
-#[inline(always)]
-fn slopes_at<const M: usize>(hash: &[u16; 8192], cell: [f64; 3], slopes: &mut [f64; M]) {
-    if !cell.iter().all(|c| c.abs() < 1e15) {
-        *slopes = [f64::NAN; M];
-        return;
-    }
-    let [x, y, z] = cell.map(|c| ((c as i64 + LATTICE_SHIFT) & 0xfff) as usize);
-    let along_x = [0, 1].map(|d| usize::from(hash[x + d]));
-    let across: [_; 4] = std::array::from_fn(|k| usize::from(hash[along_x[k & 1] ^ (y + (k >> 1))]));
-    for (k, slopes) in slopes.chunks_exact_mut(M / 8).enumerate() {
-        let first = usize::from(hash[across[k & 3] ^ (z + (k >> 2))]) & 0xff;
-        slopes.copy_from_slice(&NOISE_TABLE[first..first + M / 8]);
-    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Here it is one f64; the rooms that compute in lanes add theirs. Each operation rounds as f64's own does, so that every
 //! kind of number comes to the same bits.
 
+use super::noise::sums_at;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// One number, or one at each of several points.
@@ -27,11 +28,10 @@ pub trait Number:
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
     /// Without its fraction.
     fn whole(self) -> Self;
-    /// `f` point by point, for what comes to several numbers, as many as fours have: a look-up in a table.
-    fn rows<const N: usize, const M: usize>(
-        arguments: [Self; N],
-        f: impl Fn([f64; N], &mut [f64; M]),
-    ) -> [Self; M];
+    /// The random function of space that noise is made of, about 0: [`sums_at`](super::noise::sums_at) of one.
+    fn lattice(p: [Self; 3]) -> Self;
+    /// Three of them, independent of each other.
+    fn lattices(p: [Self; 3]) -> [Self; 3];
     /// `f` point by point: for what has no form of its own.
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self;
 
@@ -92,13 +92,12 @@ impl Number for f64 {
     fn whole(self) -> Self {
         self.trunc()
     }
-    fn rows<const N: usize, const M: usize>(
-        arguments: [Self; N],
-        f: impl Fn([f64; N], &mut [f64; M]),
-    ) -> [Self; M] {
-        let mut row = [0.0; M];
-        f(arguments, &mut row);
-        row
+    fn lattice(p: [Self; 3]) -> Self {
+        let [sum] = sums_at(p);
+        sum
+    }
+    fn lattices(p: [Self; 3]) -> [Self; 3] {
+        sums_at(p)
     }
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
         f(arguments)

@@ -4,7 +4,8 @@
 //! at each point alone. Sine, cosine, exponential, logarithm and small whole powers are computed in lanes and differ from
 //! the one point's by what their constants here say; the other transcendental functions are asked lane by lane.
 
-use crate::lane::{LANES, Lane, Mask, Vec3, columns, each_lane, f64x8};
+use super::noise;
+use crate::lane::{LANES, Lane, Mask, Vec3, each_lane, f64x8};
 use crate::scene::function::{
     Binary, Callee, Component, EQUAL_WITHIN, Function, Op, Operand, Sign, Surroundings, Unary,
 };
@@ -38,17 +39,11 @@ impl Number for f64x8 {
     fn whole(self) -> Self {
         Lane::trunc(self)
     }
-    #[inline(always)]
-    fn rows<const N: usize, const M: usize>(
-        arguments: [Self; N],
-        f: impl Fn([f64; N], &mut [f64; M]),
-    ) -> [Self; M] {
-        let lanes = arguments.map(Lane::to_array);
-        let mut rows = [[0.0; M]; LANES];
-        for (k, row) in rows.iter_mut().enumerate() {
-            f(lanes.map(|argument| argument[k]), row);
-        }
-        columns(&rows)
+    fn lattice(p: [Self; 3]) -> Self {
+        noise::lattice(p)
+    }
+    fn lattices(p: [Self; 3]) -> [Self; 3] {
+        noise::lattices(p)
     }
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
         let lanes = arguments.map(Lane::to_array);

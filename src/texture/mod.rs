@@ -4,6 +4,7 @@
 //! lanes: the colours are read per lane.
 
 mod function;
+mod noise;
 mod pattern;
 mod program;
 mod ramp;
