@@ -3,7 +3,8 @@
 use super::machine::{Lexeme, Machine, Res};
 use super::value::{Num, Value};
 use crate::lang::{Keyword, Mark, Token};
-use crate::scene::{function::truncated, noise};
+use crate::scene::function::truncated;
+use crate::scene::noise::{self, Octaves};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -173,7 +174,7 @@ impl Machine<'_> {
         let count = self.float()?.clamp(1.0, 10.0) as u32;
         self.comma()?;
         let point = self.vector()?;
-        let octaves = noise::Octaves { count, omega, lambda };
+        let octaves = Octaves { count, omega, lambda: Octaves::kept(lambda) };
         Ok(Num::vector(noise::turbulence_vector(point.to_array(), &octaves).into()))
     }
 

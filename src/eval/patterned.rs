@@ -5,6 +5,7 @@ use super::machine::{Lexeme, Machine, Res};
 use super::pattern::{PatternWord, list_length, own_wave};
 use super::value::{Lacks, NamedMap, Value, With};
 use crate::lang::{Keyword, Mark, Token};
+use crate::scene::noise::Octaves;
 use crate::scene::{
     AnyPattern, BlockPattern, Map, OtherPattern, Pattern, Patterned, Placement, Warp, Wave, WrapKind,
 };
@@ -294,7 +295,7 @@ impl Machine<'_> {
     }
 
     /// `octaves`, `omega` or `lambda`. False if none is next.
-    pub fn octaves_item(&mut self, octaves: &mut crate::scene::noise::Octaves) -> Res<bool> {
+    pub fn octaves_item(&mut self, octaves: &mut Octaves) -> Res<bool> {
         use Keyword as K;
         let Token::Word(word @ (K::Octaves | K::Omega | K::Lambda)) = self.peek()? else { return Ok(false) };
         self.next()?;
@@ -303,7 +304,7 @@ impl Machine<'_> {
             // POV-Ray's bounds.
             K::Octaves => octaves.count = value.clamp(1.0, 10.0) as u32,
             K::Omega => octaves.omega = value,
-            _ => octaves.lambda = value,
+            _ => octaves.lambda = Octaves::kept(value),
         }
         Ok(true)
     }

@@ -93,8 +93,15 @@ pub struct Octaves {
     pub count: u32,
     /// Strength ratio.
     pub omega: f64,
-    /// Fineness ratio.
+    /// Fineness ratio: see [`Octaves::kept`].
     pub lambda: f64,
+}
+
+impl Octaves {
+    /// A `lambda` as POV-Ray keeps it, in single precision (measured by `vturbulence`; `omega` is kept whole): its ninth power tells.
+    pub fn kept(lambda: f64) -> f64 {
+        f64::from(lambda as f32)
+    }
 }
 
 impl Default for Octaves {
@@ -272,6 +279,15 @@ mod tests {
         let octaves = Octaves { count: 3, omega: 0.4, lambda: 3.0 };
         let found = DVec3::from(turbulence_vector([-1.1, 2.2, 3.3], &octaves));
         let expected = DVec3::new(-0.283286205252, 0.015001616261, -0.111097817795);
+        assert!((found - expected).abs().max_element() < 1e-6, "{found}");
+    }
+
+    #[test]
+    fn the_finest_octave_is_where_pov_ray_has_it() {
+        let octaves = Octaves { count: 10, omega: 0.7, lambda: Octaves::kept(2.2) };
+        let found = DVec3::from(turbulence_vector([11.1, 22.2, 33.3], &octaves));
+        let expected = DVec3::new(-0.192874536454, -0.344525379622, 0.020094288851);
+        // (With 2.2 itself it would be 7e-5 off.)
         assert!((found - expected).abs().max_element() < 1e-6, "{found}");
     }
 
