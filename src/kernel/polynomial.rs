@@ -23,6 +23,8 @@ pub struct Polynomials<S> {
     polynomial: Vec<Arc<Polynomial>>,
     /// How each is summed up along rays.
     steps: Vec<Arc<[Step]>>,
+    /// Of order 2, what spares that.
+    quadric: Vec<Option<Quadric>>,
     bounds: Vec<Aabb>,
 }
 
@@ -45,6 +47,23 @@ fn quadric(polynomial: &Polynomial) -> Option<Quadric> {
     let (xy, xz, yz) = (xy * 0.5, xz * 0.5, yz * 0.5);
     let matrix = DMat3::from_cols([xx, xy, xz].into(), [xy, yy, yz].into(), [xz, yz, zz].into());
     Some(Quadric { matrix, linear: DVec3::new(x, y, z), constant })
+}
+
+/// What a quadric is along rays: constant, slope and square.
+#[inline(always)]
+fn along_quadric(quadric: &Quadric, origin: Vec3<f64x8>, dir: Vec3<f64x8>) -> [f64x8; QUADRATIC] {
+    let Quadric { matrix: DMat3 { x_axis, y_axis, z_axis }, linear, constant } = quadric;
+    let times = |v: Vec3<f64x8>| {
+        let row = |k: usize| {
+            let [x, y, z] = [x_axis, y_axis, z_axis].map(|axis| f64x8::splat(axis[k]));
+            z.fused(v.z, y.fused(v.y, x * v.x))
+        };
+        Vec3::new(row(0), row(1), row(2))
+    };
+    let (linear, toward) = (Vec3::<f64x8>::splat(*linear), times(dir));
+    let square = toward.fused_dot(dir);
+    let slope = linear.fused_dot(dir) + toward.fused_dot(origin) * f64x8::lit(2.0);
+    [(times(origin) + linear).fused_dot(origin) + f64x8::splat(*constant), slope, square]
 }
 
 /// Value and gradient of a polynomial.
@@ -120,7 +139,9 @@ impl<S: Scalar> Polynomials<S> {
         };
         self.steps.push(steps);
         self.polynomial.push(polynomial.clone());
-        let own = quadric(polynomial).map_or(Aabb::INFINITE, |quadric| quadric.bounds_in(Aabb::INFINITE));
+        let quadric = quadric(polynomial);
+        let own = quadric.map_or(Aabb::INFINITE, |quadric| quadric.bounds_in(Aabb::INFINITE));
+        self.quadric.push(quadric);
         self.bounds.push(match own.is_finite() {
             true => self.frames.bounds(self.bounds.len(), own.center(), (own.max - own.min) * 0.5),
             false => Aabb::INFINITE,
@@ -136,7 +157,7 @@ impl<S: Scalar> Polynomials<S> {
 
     /// Half spaces that the inside of a quadric lies in as far as it lies in all of `others`: none of other surfaces.
     pub fn half_spaces(&self, i: usize, others: &[HalfSpace]) -> Vec<HalfSpace> {
-        let Some(quadric) = quadric(&self.polynomial[i]) else { return Vec::new() };
+        let Some(quadric) = &self.quadric[i] else { return Vec::new() };
         let OwnSpace { center, map } = self.frames.own_space(i);
         let forward = map.inverse();
         // Those whose planes are parallel to two of its axes.
@@ -184,8 +205,14 @@ impl<S: Scalar> Polynomials<S> {
         let fine = -near.dot(dir);
         let origin = Vec3::select(on, own.origin, near + dir * fine);
         let base = on.select(f64x8::zero(), coarse + fine);
-        let mut along = Univariate::zero();
-        along.go_along(&self.steps[i], origin, dir, false);
+        let along = match &self.quadric[i] {
+            Some(quadric) => Univariate::quadratic(along_quadric(quadric, origin, dir)),
+            None => {
+                let mut along = Univariate::zero();
+                along.go_along(&self.steps[i], origin, dir, false);
+                along
+            }
+        };
         Ray { along, base, inv, grain: origin.abs().max_element() }
     }
 
@@ -328,9 +355,30 @@ fn insert(rising: &mut SmallVec<[f64x8; 4]>, mut x: f64x8) {
     }
 }
 
-/// Coefficients along a ray up to order 4, which most surfaces have, and up to the highest.
+/// Coefficients along a ray of order 2, up to order 4, which most surfaces have, and up to the highest.
+const QUADRATIC: usize = 3;
 const FEW: usize = 5;
 const MANY: usize = Polynomial::MAX_ORDER + 1;
+
+/// Evaluates `with`, in which `$n` is room enough for the coefficients of an order along a ray.
+macro_rules! with_room {
+    ($order:expr, $n:ident => $with:expr) => {
+        match $order {
+            ..QUADRATIC => {
+                const $n: usize = QUADRATIC;
+                $with
+            }
+            QUADRATIC..FEW => {
+                const $n: usize = FEW;
+                $with
+            }
+            FEW.. => {
+                const $n: usize = MANY;
+                $with
+            }
+        }
+    };
+}
 
 impl<S: Scalar> Block<S> for Polynomials<S> {
     type Roots = SmallVec<[S::Lane; 4]>;
@@ -341,11 +389,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
 
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
-        if self.polynomial[i].order() < FEW {
-            self.crossings::<FEW>(i, rays, left)
-        } else {
-            self.crossings::<MANY>(i, rays, left)
-        }
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left))
     }
 
     #[inline]
@@ -357,20 +401,12 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        if self.polynomial[i].order() < FEW {
-            self.first_crossing::<FEW>(i, rays, left, looking)
-        } else {
-            self.first_crossing::<MANY>(i, rays, left, looking)
-        }
+        with_room!(self.polynomial[i].order(), N => self.first_crossing::<N>(i, rays, left, looking))
     }
 
     /// Where the polynomial is negative, farther out than all its roots.
     fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
-        if self.polynomial[i].order() < FEW {
-            self.negative_far_back::<FEW>(i, rays)
-        } else {
-            self.negative_far_back::<MANY>(i, rays)
-        }
+        with_room!(self.polynomial[i].order(), N => self.negative_far_back::<N>(i, rays))
     }
 
     fn resolve(
@@ -416,6 +452,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         self.frames.permute(order);
         self.polynomial = order.iter().map(|&i| self.polynomial[i as usize].clone()).collect();
         self.steps = order.iter().map(|&i| self.steps[i as usize].clone()).collect();
+        self.quadric = permuted(&self.quadric, order);
         self.bounds = permuted(&self.bounds, order);
     }
 }

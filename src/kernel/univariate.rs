@@ -87,6 +87,14 @@ impl<const N: usize> Univariate<N> {
         Self { c: [f64x8::zero(); N], len: 0 }
     }
 
+    /// A constant, a slope and a square.
+    #[inline(always)]
+    pub(super) fn quadratic(three: [f64x8; 3]) -> Self {
+        let mut c = [f64x8::zero(); N];
+        c[..3].copy_from_slice(&three);
+        Self { c, len: 3 }
+    }
+
     /// Times `origin + s dir`.
     #[inline(always)]
     pub(super) fn times(&mut self, origin: f64x8, dir: f64x8) {
@@ -153,9 +161,13 @@ impl<const N: usize> Univariate<N> {
         }
     }
 
-    /// Lanes in which a quartic is surely of one sign: most rays miss. With the sign of its first coefficient, `c0 + c1 s + a s^2` and
+    /// Lanes in which a quadratic or a quartic is surely of one sign: most rays miss. Of a quartic, with the sign of its first coefficient, `c0 + c1 s + a s^2` and
     /// `b s^2 + c3 s^3 + c4 s^4` are both positive if `c1^2 < 4 a c0` and `c3^2 < 4 b c4`, and `a + b` may be up to `c2`.
     pub(super) fn has_one_sign(&self) -> Mask<f64x8> {
+        if self.len == 3 {
+            let needed = self.c[1] * self.c[1];
+            return needed.lt(self.c[0] * self.c[2] * f64x8::lit(4.0 * (1.0 - SURE_ROOM)));
+        }
         if N < 5 || self.len != 5 {
             return Mask::none_set();
         }
@@ -259,15 +271,45 @@ impl<const N: usize> Univariate<N> {
         end - (value + value) / (b + root.copysign(toward))
     }
 
-    /// Where a quadratic parts the line into pieces of one sign: its roots, rising, or ends of the stretch.
-    pub(super) fn parted(&self, [low, high]: [f64x8; 2]) -> [f64x8; 2] {
+    /// A quadratic's two roots, in no order; NaN where there is none. Neither cancels: one is over the quadratic's coefficient, one
+    /// under its constant term.
+    #[inline(always)]
+    fn pair(&self) -> [f64x8; 2] {
         let [c, b, a] = [self.c[0], self.c[1], self.c[2]];
         let discriminant = b * b - a * c * f64x8::lit(4.0);
-        // Of the two roots neither cancels: one over the quadratic's coefficient, one under its constant term.
         let q = (b + discriminant.sqrt().copysign(b)) * f64x8::lit(-0.5);
+        [q / a, c / q]
+    }
+
+    /// [`Univariate::roots`] of a quadratic, or in some lanes of less.
+    #[inline(always)]
+    fn pair_within(
+        &self,
+        [low, high]: [f64x8; 2],
+        mut lanes: Mask<f64x8>,
+        mut go_on: impl FnMut(f64x8, Mask<f64x8>) -> Mask<f64x8>,
+    ) -> [f64x8; N] {
+        let [x, y] = self.pair();
+        // (Where both are one place nothing is crossed.)
+        let (down, crossed) = (y.lt(x), !y.equal(x));
+        let mut found = [f64x8::lit(f64::NAN); N];
+        for (found, root) in found.iter_mut().zip([down.select(y, x), down.select(x, y)]) {
+            let here = crossed & root.ge(low) & root.le(high) & lanes;
+            *found = here.select(root, *found);
+            if here.any() {
+                lanes &= go_on(root, here);
+                if lanes.none() {
+                    break;
+                }
+            }
+        }
+        found
+    }
+
+    /// Where a quadratic parts the line into pieces of one sign: its roots, rising, or ends of the stretch.
+    pub(super) fn parted(&self, [low, high]: [f64x8; 2]) -> [f64x8; 2] {
         // NaN, where there is no root, becomes the far end: it loses every comparison.
-        let within = |x: f64x8| low.max(x.min(high));
-        let (x, y) = (within(q / a), within(c / q));
+        let [x, y] = self.pair().map(|x| low.max(x.min(high)));
         [x.min(y), x.max(y)]
     }
 
@@ -308,6 +350,9 @@ impl<const N: usize> Univariate<N> {
     ) -> [f64x8; N] {
         let none = f64x8::lit(f64::NAN);
         let degree = self.len.saturating_sub(1);
+        if degree == 2 {
+            return self.pair_within(ends, lanes, go_on);
+        }
         // Roots of the derivative before, or the ends of the brackets that have none: they part the line all the same.
         let mut points = [none; N];
         let mut first = 1;
@@ -376,6 +421,33 @@ mod tests {
             open += u32::from(u > 0.0 && v > 0.0 && one_sign == 0);
         }
         assert!(told > open, "{told} told, {open} left open");
+    }
+
+    #[test]
+    fn quadratics_have_their_roots_within_the_ends() {
+        let (all, open) = (Mask::all_set(), |_, _| Mask::all_set());
+        let ends = [f64x8::lit(-2.0), f64x8::lit(2.0)];
+        for k in 0..5000 {
+            let digit = |n: u32| f64::from(k / 9u32.pow(n) % 9) * 0.5 - 2.25;
+            let (a, b, scale) = (digit(0), digit(1), if k % 2 == 0 { 3.0 } else { -0.2 });
+            // scale (s - a) (s - b); every third one linear: scale (s - a).
+            let c = if k % 3 == 0 { [-a, 1.0, 0.0] } else { [a * b, -a - b, 1.0] };
+            let along = Univariate::<3>::quadratic(c.map(|c| f64x8::splat(c * scale)));
+            let found = along.roots(ends, f64x8::lit(1.0), all, open).map(|root| root.to_array()[5]);
+            let mut expected = if k % 3 == 0 { vec![a] } else { vec![a.min(b), a.max(b)] };
+            // What is touched is not crossed.
+            expected.retain(|root| root.abs() <= 2.0 && (k % 3 == 0 || a != b));
+            let found: Vec<f64> = found.into_iter().filter(|root| !root.is_nan()).collect();
+            assert_eq!(found.len(), expected.len(), "{a} {b}: {found:?}");
+            assert!(
+                found.iter().zip(&expected).all(|(x, y)| (x - y).abs() < 1e-15 * 8.0),
+                "{a} {b}: {found:?}"
+            );
+        }
+        // What misses is told from its coefficients.
+        let miss = Univariate::<3>::quadratic([1.0, -1.9, 1.0].map(f64x8::lit));
+        let graze = Univariate::<3>::quadratic([1.0, -2.0, 1.0].map(f64x8::lit));
+        assert!(miss.has_one_sign().all() && graze.has_one_sign().none());
     }
 
     #[test]
