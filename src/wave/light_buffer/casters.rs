@@ -57,9 +57,9 @@ const FEWEST: usize = 64;
 /// shadow ray among them takes a thousand to trace.
 const TRIANGLES_A_PIXEL: f64 = 0.5;
 
-/// Whether most casters are convex solids or triangles, and many, but not more than pixels. (Points on others are mostly in doubt:
-/// what they lie on, or its next piece, is near.)
-pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize) -> bool {
+/// Whether most casters are convex solids or triangles, and many, but, apart from triangles, no more than `most`, which is what may be
+/// drawn into cells. (Points on others are mostly in doubt: what they lie on, or its next piece, is near.)
+pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize, most: f64) -> bool {
     let (mut all, mut convex, mut triangles) =
         (scene.csg.composites.len() + scene.instances.rows.len(), 0, 0);
     for &kind in Kind::ALL {
@@ -71,7 +71,7 @@ pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize)
             _ => {}
         }
     }
-    let few = all <= pixels && triangles as f64 <= TRIANGLES_A_PIXEL * pixels as f64;
+    let few = (all - triangles) as f64 <= most && triangles as f64 <= TRIANGLES_A_PIXEL * pixels as f64;
     convex + triangles >= FEWEST.max(all / 2) && few
 }
 

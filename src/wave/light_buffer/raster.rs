@@ -44,14 +44,15 @@ pub struct Room {
     corners: Vec<f64>,
 }
 
-/// The light's buffer at `location`, of about so many cells.
+/// The light's buffer at `location`, of about so many cells; `None` if casters other than triangles would have to be drawn into
+/// more than `most` of them, one by one.
 pub fn fill<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     casters: &Casters,
     location: DVec3,
-    cells: usize,
+    (cells, most): (usize, f64),
     room: &mut Room,
-) -> LightBuffer {
+) -> Option<LightBuffer> {
     let slack = slack_at::<S>(location, casters);
     let mut buffer = LightBuffer {
         location,
@@ -100,6 +101,9 @@ pub fn fill<S: Scalar, B: Scalar>(
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
     lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
+    if buffer.faces.iter().zip(&*seen).map(|(face, seen)| seen.outlined(face)).sum::<f64>() > most {
+        return None;
+    }
     seen.iter_mut().for_each(Seen::reserve);
     drawn.clear(buffer.cells.len(), self::drawn(&buffer, seen));
     for (kind, opaque) in &casters.triangles {
@@ -123,7 +127,7 @@ pub fn fill<S: Scalar, B: Scalar>(
         }
         drawn.settle(&Settle { scene, casters: &all, facets: &seen.facets }, &face, &mut buffer);
     }
-    buffer
+    Some(buffer)
 }
 
 /// Hands triangles that are opaque to `with` as the light sees them, four at a time where they are seen through one face: the

@@ -109,11 +109,15 @@ impl Seen {
 
     /// How many cells all of it is drawn into: of facets, on average.
     pub fn drawn(&self, face: &Face) -> f64 {
+        let [area, girth] = [self.area, self.girth].map(|sums| Quad::to_array(sums).iter().sum::<f64>());
+        self.outlined(face) + area * face.scale * face.scale + girth * face.scale + self.count as f64
+    }
+
+    /// The same of all but facets.
+    pub fn outlined(&self, face: &Face) -> f64 {
         let count = |[first, last]: [u32; 2]| f64::from(last - first + 1);
         let outlines = self.outlines.iter().map(|(_, outline)| outline.cells(face));
-        let outlines: f64 = outlines.map(|[columns, rows]| count(columns) * count(rows)).sum();
-        let [area, girth] = [self.area, self.girth].map(|sums| Quad::to_array(sums).iter().sum::<f64>());
-        outlines + area * face.scale * face.scale + girth * face.scale + self.count as f64
+        outlines.map(|[columns, rows]| count(columns) * count(rows)).sum()
     }
 
     /// Makes room for triangles of `lanes`.
