@@ -32,6 +32,8 @@ pub trait Number:
     fn lattice(p: [Self; 3]) -> Self;
     /// Three of them, independent of each other.
     fn lattices(p: [Self; 3]) -> [Self; 3];
+    /// The number, if it is the same at all points.
+    fn everywhere(self) -> Option<f64>;
     /// `f` point by point: for what has no form of its own.
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self;
 
@@ -98,6 +100,9 @@ impl Number for f64 {
     }
     fn lattices(p: [Self; 3]) -> [Self; 3] {
         sums_at(p)
+    }
+    fn everywhere(self) -> Option<f64> {
+        Some(self)
     }
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
         f(arguments)

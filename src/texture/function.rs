@@ -45,6 +45,10 @@ impl Number for f64x8 {
     fn lattices(p: [Self; 3]) -> [Self; 3] {
         noise::lattices(p)
     }
+    fn everywhere(self) -> Option<f64> {
+        let first = self.lanes()[0];
+        self.equal(Lane::splat(first)).all().then_some(first)
+    }
     fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
         let lanes = arguments.map(Lane::to_array);
         Lane::from_array(each_lane(|k| f(lanes.map(|argument| argument[k]))))
