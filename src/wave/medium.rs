@@ -118,7 +118,13 @@ pub fn fade_over(interior: &Interior, distance: f64) -> Rgb {
     if interior.fade_power >= 1000.0 {
         return ((interior.fade_color - Rgb::ONE) * depth).exp();
     }
-    interior.fade_color + (Rgb::ONE - interior.fade_color) / (1.0 + depth.powf(interior.fade_power))
+    // (Most interiors have one of these two, and a power takes longer than all else here.)
+    let power = match interior.fade_power {
+        1.0 => depth,
+        2.0 => depth * depth,
+        power => depth.powf(power),
+    };
+    interior.fade_color + (Rgb::ONE - interior.fade_color) / (1.0 + power)
 }
 
 #[cfg(test)]
