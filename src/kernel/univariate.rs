@@ -161,8 +161,9 @@ impl<const N: usize> Univariate<N> {
         }
     }
 
-    /// Lanes in which a quadratic or a quartic is surely of one sign: most rays miss. Of a quartic, with the sign of its first coefficient, `c0 + c1 s + a s^2` and
-    /// `b s^2 + c3 s^3 + c4 s^4` are both positive if `c1^2 < 4 a c0` and `c3^2 < 4 b c4`, and `a + b` may be up to `c2`.
+    /// Lanes in which a quadratic or a quartic is surely of one sign: most rays miss. Of a quartic, with the sign of its first
+    /// coefficient, `c0 + c1 s + a s^2` and `b s^2 + c3 s^3 + c4 s^4` are both positive if `c1^2 < 4 a c0` and `c3^2 < 4 b c4`, and
+    /// `a + b` may be up to `c2`.
     pub(super) fn has_one_sign(&self) -> Mask<f64x8> {
         if self.len == 3 {
             let needed = self.c[1] * self.c[1];

@@ -28,7 +28,7 @@ pub trait Number:
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
     /// Without its fraction.
     fn whole(self) -> Self;
-    /// The random function of space that noise is made of, about 0: [`sums_at`](super::noise::sums_at) of one.
+    /// The random function of space that noise is made of, about 0: [`sums_at`] of one.
     fn lattice(p: [Self; 3]) -> Self;
     /// Three of them, independent of each other.
     fn lattices(p: [Self; 3]) -> [Self; 3];
