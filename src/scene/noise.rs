@@ -209,6 +209,18 @@ pub fn cell_of<T: Number>(p: [T; 3]) -> [T; 3] {
     p.map(|v| v.if_less(T::lit(0.0), (v - LATTICE_EDGE).whole(), v.whole()))
 }
 
+/// Of what is said of the near and the far sides of a cell, by axis, what holds of a corner, numbered as [`Lattice::corners`] does.
+#[inline(always)]
+pub fn of_corner<V: Copy>(sides: &[[V; 2]; 3], corner: usize) -> [V; 3] {
+    std::array::from_fn(|axis| sides[axis][corner >> axis & 1])
+}
+
+/// Constant and slopes of the random linear function that begins at a number.
+#[inline(always)]
+pub fn function(first: usize) -> [f64; 4] {
+    std::array::from_fn(|k| NOISE_TABLE[first + k])
+}
+
 /// A point in its cell.
 #[derive(Debug, Clone, Copy)]
 pub struct Within<T> {
@@ -233,13 +245,13 @@ impl<T: Number> Within<T> {
     /// How far it is from a corner along each axis.
     #[inline(always)]
     pub fn from_corner(&self, corner: usize) -> [T; 3] {
-        std::array::from_fn(|axis| self.from[axis][corner >> axis & 1])
+        of_corner(&self.from, corner)
     }
 
     /// The weight of a corner.
     #[inline(always)]
     pub fn weight(&self, corner: usize) -> T {
-        let [x, y, z]: [T; 3] = std::array::from_fn(|axis| self.weights[axis][corner >> axis & 1]);
+        let [x, y, z] = of_corner(&self.weights, corner);
         x * y * z
     }
 }
@@ -257,7 +269,7 @@ pub fn sums_at<const N: usize>(p: [f64; 3]) -> [f64; N] {
     for (corner, first) in corners.into_iter().enumerate() {
         let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));
         for (n, sum) in sums.iter_mut().enumerate() {
-            let [constant, a, b, c] = [0, 1, 2, 3].map(|k| NOISE_TABLE[usize::from(first) + 4 * n + k]);
+            let [constant, a, b, c] = function(usize::from(first) + 4 * n);
             *sum += weight * (constant * 0.5 + a * x + b * y + c * z);
         }
     }

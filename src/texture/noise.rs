@@ -6,7 +6,7 @@
 //! turned, four points at a time.
 
 use crate::lane::{LANES, Lane, Mask, QUAD, columns, f64x4, f64x8};
-use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of};
+use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, function, of_corner};
 use std::sync::LazyLock;
 
 /// Numbers of the functions that a corner's may begin at.
@@ -82,12 +82,6 @@ fn in_one_cell<const N: usize>(cell: [f64; 3], within: &Within<f64x8>) -> [f64x8
     sums
 }
 
-/// Constant and slopes of a function.
-#[inline(always)]
-fn function(number: usize) -> [f64; QUAD] {
-    std::array::from_fn(|k| NOISE_TABLE[number + k])
-}
-
 /// By lane, where the functions of the corners begin.
 #[inline(always)]
 fn corners(cell: [f64x8; 3]) -> [[u8; 8]; LANES] {
@@ -109,7 +103,7 @@ fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
     for (k, (sum, corners)) in rows.iter_mut().zip(corners).enumerate() {
         let from = from.map(|sides| sides.map(|side| f64x4::splat(side[k])));
         for (corner, first) in corners.into_iter().map(usize::from).enumerate() {
-            let [x, y, z]: [_; 3] = std::array::from_fn(|axis| from[axis][corner >> axis & 1]);
+            let [x, y, z] = of_corner(&from, corner);
             let [a, b, c] = [1, 2, 3].map(|n| f64x4::from(threes.slopes[first + n]));
             let constant = f64x4::from(threes.constants[first]);
             *sum += f64x4::splat(weights[corner][k]) * (constant + a * x + b * y + c * z);

@@ -101,11 +101,11 @@ pub fn fill<S: Scalar, B: Scalar>(
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
     lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
-    if buffer.faces.iter().zip(&*seen).map(|(face, seen)| seen.outlined(face)).sum::<f64>() > most {
+    if through_all(&buffer, seen, Seen::outlined) > most {
         return None;
     }
     seen.iter_mut().for_each(Seen::reserve);
-    drawn.clear(buffer.cells.len(), self::drawn(&buffer, seen));
+    drawn.clear(buffer.cells.len(), through_all(&buffer, seen, Seen::drawn));
     for (kind, opaque) in &casters.triangles {
         let (base, faces) = (scene.base[*kind as usize], &buffer.faces);
         let (seen, drawn) = (&mut *seen, &mut *drawn);
@@ -334,7 +334,7 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
                 *face = Face { first, columns, rows, corner, scale };
                 first += columns * rows;
             }
-            if laid <= FACES as f64 || drawn(buffer, seen) <= most {
+            if laid <= FACES as f64 || through_all(buffer, seen, Seen::drawn) <= most {
                 buffer.cells = vec![Cell::EMPTY; first as usize];
                 buffer.lists = vec![List::NONE; first as usize];
                 return;
@@ -344,9 +344,9 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
     }
 }
 
-/// How many cells all casters of a light are drawn into.
-fn drawn(buffer: &LightBuffer, seen: &[Seen; FACES]) -> f64 {
-    buffer.faces.iter().zip(seen).map(|(face, seen)| seen.drawn(face)).sum()
+/// How many cells casters of a light are drawn into, as `count` has it of those seen through a face.
+fn through_all(buffer: &LightBuffer, seen: &[Seen; FACES], count: impl Fn(&Seen, &Face) -> f64) -> f64 {
+    buffer.faces.iter().zip(seen).map(|(face, seen)| count(seen, face)).sum()
 }
 
 /// A light, and the face that is looked through.
