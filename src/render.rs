@@ -139,11 +139,21 @@ pub fn render(
     options: &RenderOptions,
     progress: OnProgress<'_>,
 ) -> Result<(Film, RenderStats), RenderError> {
-    develop(scene, options, |pixels, film| film.extend_from_slice(pixels), progress)
+    let linear = to_linear(working_space(scene));
+    develop(scene, options, |pixels, film| film.extend_from_slice(&linear(pixels)), progress)
 }
 
-/// Renders `scene`, and keeps of its pixels what `develop` makes of them, which is handed some and where to add that, one for
-/// one: a picture of bytes takes a fifth of a film's memory, and fresh memory is dear.
+/// How what is summed in the scene's working space stands for light.
+pub fn working_space(scene: &Scene) -> Transfer {
+    match scene.globals.assumed_gamma {
+        Gamma::Off => Transfer::AsIs,
+        Gamma::Power(gamma) => Transfer::Power(gamma),
+        Gamma::Srgb => Transfer::Srgb,
+    }
+}
+
+/// Renders `scene`, and keeps of its pixels what `develop` makes of them, which is handed some, in the [`working_space`], and where
+/// to add that, one for one: a picture of bytes takes a fifth of a film's memory, and fresh memory is dear.
 ///
 /// # Errors
 /// As [`render`].
@@ -159,7 +169,6 @@ pub fn develop<P: Copy + Zeroable + Send>(
     }
     let threads = rayon::ThreadPoolBuilder::new().num_threads(options.threads).stack_size(STACK_BYTES);
     let pool = threads.build()?;
-    let linear = to_linear(scene.globals.assumed_gamma);
     let sum = Sum::new(options);
     let picture = Mutex::new(Picture::new(width, height));
     // Tiles are developed and laid down as they are done, each by the thread that made it: afterwards it would be one
@@ -167,7 +176,7 @@ pub fn develop<P: Copy + Zeroable + Send>(
     let done = |tile: Tile<'_>| {
         progress(sum.add(tile.pixels.len(), tile.rays));
         let mut developed = Vec::with_capacity(tile.pixels.len());
-        develop(&linear(tile.pixels), &mut developed);
+        develop(tile.pixels, &mut developed);
         let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
         picture.lay(tile.corner, tile.width, &developed);
     };
@@ -244,17 +253,12 @@ impl Sum {
     }
 }
 
-/// Decodes what was summed in the scene's working space to linear light.
-fn to_linear(working_space: Gamma) -> impl Fn(&[Pixel]) -> Cow<'_, [Pixel]> + Sync {
-    let transfer = match working_space {
-        Gamma::Off | Gamma::Power(1.0) => None,
-        Gamma::Power(gamma) => Some(Transfer::Power(gamma)),
-        Gamma::Srgb => Some(Transfer::Srgb),
-    };
-    move |pixels| match transfer {
-        None => Cow::Borrowed(pixels),
-        Some(transfer) => {
-            let decode = |value: f32| transfer.decode(f64::from(value)) as f32;
+/// Decodes what was summed in a working space to linear light.
+fn to_linear(working_space: Transfer) -> impl Fn(&[Pixel]) -> Cow<'_, [Pixel]> + Sync {
+    move |pixels| match working_space {
+        Transfer::AsIs | Transfer::LINEAR => Cow::Borrowed(pixels),
+        transfer => {
+            let decode = |value: f32| transfer.decode_single(value);
             pixels.iter().map(|pixel| Pixel { rgb: pixel.rgb.map(decode), ..*pixel }).collect()
         }
     }

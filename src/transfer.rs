@@ -40,6 +40,11 @@ impl Transfer {
             Self::Power(gamma) => code.max(0.0).powf(gamma),
         }
     }
+
+    /// The same as a film holds it.
+    pub fn decode_single(self, code: f32) -> f32 {
+        self.decode(f64::from(code)) as f32
+    }
 }
 
 /// The nearest of the codes `0..=highest` (255, 65535) to `code` in 0 to 1: `floor(highest * code + 1/2)`,

@@ -13,6 +13,7 @@ use octray::film::Pixel;
 use octray::image_io::{self, Developer, Encoding, Format};
 use octray::render::{
     Engine, LightBuffers, Precision, RenderError, RenderOptions, Schedule, Traversal, develop, render,
+    working_space,
 };
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
@@ -209,7 +210,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         RenderError::Threads(_) => Failure::Machine(error.to_string()),
     };
     let encoding = args.encoding(&scene, output.format);
-    let (file, stats) = if let Some(developer) = Developer::of(&encoding) {
+    let (file, stats) = if let Some(developer) = Developer::of(&encoding, working_space(&scene)) {
         let to_codes = |pixels: &[Pixel], codes: &mut Vec<_>| developer.develop(pixels, codes);
         let (picture, stats) = develop(&scene, &options, to_codes, &progress).map_err(failure)?;
         (image_io::encode_developed(&picture, &encoding)?, stats)

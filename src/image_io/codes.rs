@@ -7,7 +7,7 @@ use crate::transfer::{Transfer, quantise};
 /// Interleaved 8 or 16-bit codes, 3 channels a pixel or 4 with alpha; 16-bit ones big-endian, as PNG and PPM hold
 /// them.
 pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
-    if let Some(developer) = Developer::of(encoding) {
+    if let Some(developer) = Developer::of(encoding, Transfer::LINEAR) {
         let mut codes = Vec::with_capacity(film.pixels.len());
         developer.develop(&film.pixels, &mut codes);
         return codes.into_flattened();
@@ -37,10 +37,11 @@ pub(super) fn integer_codes(film: &Film, encoding: &Encoding) -> Vec<u8> {
 pub struct Developer(Steps);
 
 impl Developer {
-    /// Of an encoding that is of that kind.
-    pub fn of(encoding: &Encoding) -> Option<Self> {
+    /// Of an encoding that is of that kind, for pixels that stand for light as `working_space` says.
+    pub fn of(encoding: &Encoding, working_space: Transfer) -> Option<Self> {
         let bytes = matches!(encoding.format, Format::Png | Format::Ppm | Format::Jpeg);
-        (bytes && !encoding.alpha && !encoding.deep).then(|| Self(Steps::new(encoding.transfer)))
+        (bytes && !encoding.alpha && !encoding.deep)
+            .then(|| Self(Steps::new(encoding.transfer, working_space)))
     }
 
     /// Adds the pixels' codes to `codes`.
@@ -56,7 +57,8 @@ impl Developer {
     }
 }
 
-/// A transfer to 8-bit codes as the lights at which the code changes: the same codes without a power a pixel.
+/// A transfer to 8-bit codes as the numbers at which the code changes, in whatever space those stand for light: the same codes without
+/// a power a pixel, or two.
 struct Steps {
     /// The least light of each code but 0, and infinity.
     first: [f32; 256],
@@ -73,8 +75,8 @@ struct Steps {
 const BELOW_START: u32 = 13;
 
 impl Steps {
-    fn new(transfer: Transfer) -> Self {
-        let code = |light: f32| quantise(transfer.encode(f64::from(light)), 255);
+    fn new(transfer: Transfer, working_space: Transfer) -> Self {
+        let code = |light: f32| quantise(transfer.encode(f64::from(working_space.decode_single(light))), 255);
         // Bits of floats from 0 to 1 are in the order of the floats, and so are the codes: bisect.
         let first_of = |wanted: u16| {
             let (mut below, mut at) = (0, 1f32.to_bits());
@@ -144,14 +146,16 @@ mod tests {
 
     #[test]
     fn steps_give_the_codes_of_the_curve() {
-        for transfer in [Transfer::Srgb, Transfer::LINEAR, Transfer::Power(2.2)] {
-            let steps = Steps::new(transfer);
+        let transfers = [Transfer::Srgb, Transfer::LINEAR, Transfer::Power(2.2), Transfer::Power(0.5)];
+        for (transfer, space) in transfers.into_iter().flat_map(|a| transfers.map(|b| (a, b))) {
+            let steps = Steps::new(transfer, space);
             let lights = (0..=100_000).map(|k| k as f32 * 1.1e-5 - 0.05);
             for light in
                 lights.chain([f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 0.0, f32::MIN_POSITIVE])
             {
-                let expected = quantise(transfer.encode(f64::from(light)), 255);
-                assert_eq!(u16::from(steps.code(light, steps.beyond)), expected, "{transfer:?} of {light}");
+                let expected = quantise(transfer.encode(f64::from(space.decode_single(light))), 255);
+                let found = steps.code(light, steps.beyond);
+                assert_eq!(u16::from(found), expected, "{transfer:?} of {light} in {space:?}");
             }
         }
     }
