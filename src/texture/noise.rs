@@ -88,8 +88,14 @@ fn corners(cell: [f64x8; 3]) -> [[u8; 8]; LANES] {
     let cell = cell.map(Lane::to_array);
     let lattice = &*LATTICE;
     let mut corners = [[0; 8]; LANES];
+    let (mut last, mut known) = ([f64::NAN; 3], [0; 8]);
     for (k, corners) in corners.iter_mut().enumerate() {
-        *corners = lattice.corners(cell.map(|lanes| lanes[k]));
+        // Neighbours in a row are mostly neighbours in the picture: some in one cell, the others in the next.
+        let here = cell.map(|lanes| lanes[k]);
+        if here != last {
+            (last, known) = (here, lattice.corners(here));
+        }
+        *corners = known;
     }
     corners
 }
