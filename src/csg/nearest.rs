@@ -114,6 +114,7 @@ impl CsgTree {
     ///
     /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
     /// them would go the way of all crossings.
+    #[inline(always)]
     pub fn surfaces(
         &self,
         composite: &Composite,
@@ -124,7 +125,34 @@ impl CsgTree {
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
         let lanes = lanes & asked(composite, (rays, stretch, all));
-        let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+        let limits = [t_min, t_max];
+        let doubt = match &composite.plan {
+            Some(Plan::Few(plan)) => {
+                self.decide_all((composite, plan), rays, (lanes, limits), source, scratch, &mut found)
+            }
+            Some(Plan::Many(plan)) => {
+                self.decide_all((composite, plan), rays, (lanes, limits), source, scratch, &mut found)
+            }
+            None => lanes,
+        };
+        if doubt != 0 {
+            let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+            let looking = (doubt, limits, classes);
+            self.walk_all(composite, (rays, stretch), looking, source, scratch, found);
+        }
+    }
+
+    /// The same by all crossings in double precision.
+    #[inline(never)]
+    fn walk_all(
+        &self,
+        composite: &Composite,
+        (rays, stretch): (&Rays<f64x8>, &Stretch),
+        (lanes, [t_min, t_max], classes): (u8, [f64x8; 2], u8),
+        source: &impl PartRoots,
+        scratch: &mut Scratch,
+        mut found: impl FnMut(u32, f64x8, u8),
+    ) {
         let mut along = self.along(composite, rays, source, scratch);
         let Some((within, lanes)) = self.approach(&mut along, composite, stretch, (lanes, t_min, t_max))
         else {

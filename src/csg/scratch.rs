@@ -72,11 +72,13 @@ pub(super) struct Sketch {
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are.
     pub(super) asked: Vec<(u32, Range<usize>)>,
+    /// What are surfaces, if all are asked for: parts, distances and lanes.
+    pub(super) surfaces: Vec<(u32, f64x8, u8)>,
 }
 
 impl Default for Sketch {
     fn default() -> Self {
         let brackets = Box::new([Bracket::default(); MOST_PARTS]);
-        Self { brackets, crossings: Vec::new(), asked: Vec::new() }
+        Self { brackets, crossings: Vec::new(), asked: Vec::new(), surfaces: Vec::new() }
     }
 }

@@ -6,9 +6,9 @@ use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
 use crate::bvh::Count;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
-use crate::csg::Scratch;
+use crate::csg::{Composite, Scratch, Stretch};
 use crate::kernel::{Block, Left, Looking, Rays, View};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane};
+use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane, f64x8};
 use glam::DVec3;
 use std::cmp::Ordering;
 
@@ -17,8 +17,13 @@ use std::cmp::Ordering;
 pub enum Transparent {
     /// A primitive, by its surface.
     Primitive(SurfaceId),
-    /// A composite, by its number.
-    Composite(u32),
+    /// A composite, by where its crossings stand in [`InTheWay::crossings`].
+    Composite {
+        /// From here on,
+        first: u32,
+        /// up to here.
+        end: u32,
+    },
 }
 
 /// What is see-through in the way of eight shadow rays.
@@ -26,6 +31,9 @@ pub enum Transparent {
 pub struct InTheWay {
     /// Things in any order, and the rays that meet them.
     pub things: Vec<(Transparent, u8)>,
+    /// Where rays cross composites: surfaces, distances and the rays these hold for. (Whether a ray meets a composite is as much work
+    /// as where.)
+    crossings: Vec<(SurfaceId, f64x8, u8)>,
     /// Rays that meet any.
     pub noted: u8,
 }
@@ -35,7 +43,26 @@ impl InTheWay {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.things.clear();
+        self.crossings.clear();
         self.noted = 0;
+    }
+
+    /// Notes which of the rays `lanes` of `query` meet a composite, and where.
+    pub fn note_composite<S: Scalar, B: Scalar>(
+        &mut self,
+        scene: &Geometry<S, B>,
+        composite: &Composite,
+        (query, lanes): (&Query<S::Lane>, u8),
+        buffers: (&mut Scratch, &mut Option<Stretch>),
+    ) {
+        let (first, mut met) = (self.crossings.len() as u32, 0);
+        surfaces(scene, composite, query, (lanes, class::FILTERS), buffers, |surface, t, crossed| {
+            self.crossings.push((surface, t, crossed));
+            met |= crossed;
+        });
+        if met != 0 {
+            self.note(Transparent::Composite { first, end: self.crossings.len() as u32 }, met);
+        }
     }
 
     /// Rays `met`, some at least, meet a thing.
@@ -110,25 +137,22 @@ pub struct Crossings {
     lanes: [Vec<Crossing>; LANES],
     /// How many of each ray's have been gone through.
     passed: [usize; LANES],
-    /// For composites.
-    scratch: Scratch,
 }
 
 impl Crossings {
-    /// Becomes those of the rays `lanes` of `query` with `things`, whose surfaces `tint` knows.
+    /// Becomes those of the rays `lanes` of `query` with what is in their `way`, whose surfaces `tint` knows.
     pub fn find<S: Scalar, B: Scalar>(
         &mut self,
         scene: &Geometry<S, B>,
         query: &Query<S::Lane>,
-        things: &[(Transparent, u8)],
+        way: &InTheWay,
         lanes: u8,
         mut tint: impl FnMut(SurfaceId) -> Option<[f32; 3]>,
     ) {
-        let Self { lanes: found, passed, scratch } = self;
+        let Self { lanes: found, passed } = self;
         found.iter_mut().for_each(Vec::clear);
         *passed = [0; LANES];
-        let mut stretch = None;
-        for &(thing, met) in things.iter().filter(|(_, met)| met & lanes != 0) {
+        for &(thing, met) in way.things.iter().filter(|(_, met)| met & lanes != 0) {
             let met = met & lanes;
             match thing {
                 Transparent::Primitive(surface) => {
@@ -141,16 +165,14 @@ impl Crossings {
                         }
                     });
                 }
-                Transparent::Composite(number) => {
+                Transparent::Composite { first, end } => {
                     let before = each_lane(|lane| found[lane].len());
-                    let composite = &scene.csg.composites[number as usize];
-                    let (looking, buffers) = ((met, class::FILTERS), (&mut *scratch, &mut stretch));
-                    surfaces(scene, composite, query, looking, buffers, |surface, t, crossed| {
+                    for &(surface, t, crossed) in &way.crossings[first as usize..end as usize] {
                         let (rank, tint) = (scene.ranks.of(surface), tint(surface));
-                        for lane in bits(crossed) {
+                        for lane in bits(crossed & met) {
                             found[lane].push(Crossing { t: t.lanes()[lane], rank, surface, tint });
                         }
-                    });
+                    }
                     for lane in bits(met) {
                         found[lane][before[lane]..].sort_unstable_by(Crossing::order);
                         let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));

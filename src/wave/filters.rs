@@ -3,7 +3,7 @@
 //! Rays go from crossing to crossing, the nearest first: which of two surfaces at one place counts is decided so, and how far a ray has
 //! come in an interior. Where each surface lets through one colour, that is all that is asked for.
 
-use super::crossings::{Crossing, Crossings, Transparent, each_crossing};
+use super::crossings::{Crossing, Crossings, InTheWay, Transparent, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
@@ -84,12 +84,12 @@ pub struct Tinting {
     tints: Tints,
 }
 
-/// What is left of the light of the rays `lanes` of `query` by the things in their way.
+/// What is left of the light of the rays `lanes` of `query` by what is in their `way`.
 pub fn through<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     rays: &Feelers<S::Lane>,
     (query, lanes): (&mut Query<S::Lane>, u8),
-    things: &[(Transparent, u8)],
+    way: &InTheWay,
     tinting: &mut Tinting,
     media: &mut Media,
 ) -> Vec3<f32x8> {
@@ -97,7 +97,7 @@ pub fn through<S: Scalar, B: Scalar>(
     let Tinting { crossings, tints } = tinting;
     let after = query.t_min;
     // (What only blocked rays have met does not count: how much of it they have noted is a matter of the walk.)
-    let mut met = things.iter().filter(|(_, met)| met & lanes != 0);
+    let mut met = way.things.iter().filter(|(_, met)| met & lanes != 0);
     if let (Some(&(Transparent::Primitive(surface), _)), None) = (met.next(), met.next()) {
         let asked = *query; // (Passing on changes it.)
         let tint = tints.of(scene, surface).map(Vec3::broadcast);
@@ -111,7 +111,7 @@ pub fn through<S: Scalar, B: Scalar>(
         });
         return rest.filter;
     }
-    crossings.find(&scene.geometry, query, things, lanes, |surface| tints.of(scene, surface));
+    crossings.find(&scene.geometry, query, way, lanes, |surface| tints.of(scene, surface));
     let (mut colored, mut waiting) = ([f32x8::lit(1.0); 3], 0);
     for lane in bits(lanes) {
         let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));

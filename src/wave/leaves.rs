@@ -1,7 +1,7 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::composites;
-use super::crossings::{InTheWay, NoteRun, Transparent};
+use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
 use super::query::{GROUP, Query};
 use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
@@ -254,14 +254,12 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way, count });
             return;
         }
-        for first in run.first..run.first + run.len {
-            let Query { t, surface, .. } = self.queries[packet];
-            let met = self.composites(&Run { first, len: 1, ..*run }, packet, lanes);
-            let query = &mut self.queries[packet];
-            (query.t, query.surface) = (t, surface);
-            if met != 0 {
-                self.ways[packet].note(Transparent::Composite(first), met);
-            }
+        let (query, way) = (&self.queries[packet], &mut self.ways[packet]);
+        let Self { scene, buffers, stretches, count, .. } = self;
+        for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
+            count.leaf(lanes.count_ones());
+            let buffers = (&mut buffers.scratch, &mut stretches[packet]);
+            way.note_composite(scene, composite, (query, lanes), buffers);
         }
     }
 }

@@ -51,7 +51,7 @@ impl<S: Scalar> ShadowTracer<S> {
                 let tinted = lanes & way.noted;
                 sums.add(&rays.sink, rays.light, lanes & !tinted);
                 if tinted != 0 {
-                    let filter = through(scene, rays, (query, tinted), &way.things, &mut self.tinting, media);
+                    let filter = through(scene, rays, (query, tinted), way, &mut self.tinting, media);
                     sums.add(&rays.sink, rays.light.mul(filter), tinted);
                 }
             }
