@@ -6,7 +6,7 @@
 //! the grown body is outside, one within the shrunk body is inside, and the true crossings lie between the two.
 
 use crate::kernel::{OwnSpace, Rays, Solid};
-use crate::lane::{Lane, Scalar, Vec3, f32x8, f64x8};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use glam::DVec3;
 
 /// What bodies are grown and shrunk by, of the largest coordinates (in own space) of rays and body: the start, the direction, the
@@ -58,6 +58,8 @@ pub enum Body {
     /// Not known in single precision: its crossings must be asked for.
     #[default]
     Asked,
+    /// The same, and which rays come from inside, as it may have no end.
+    AskedWhole,
 }
 
 /// The way to a body's own space.
@@ -109,18 +111,46 @@ impl Bracket {
     /// From crossings in double precision, `shift` further on than here, rising, NaN last; what has four is not convex, and
     /// all is in doubt from first to last.
     pub(super) fn of_crossings(crossings: &[f64x8], shift: f64x8, pad: f32x8) -> Self {
-        let (none, inf) = (f64x8::lit(f64::NAN), f32x8::lit(f64::INFINITY));
+        let none = f64x8::lit(f64::NAN);
         let at = |k: usize| crossings.get(k).copied().unwrap_or(none);
         let mut last = at(1);
         for &t in crossings.iter().skip(2) {
             last = t.equal(t).select(t, last);
         }
-        let here = |t: f64x8| f32x8::from_f64s(t - shift);
-        let (enter, leave) = (here(at(0)), here(last));
-        let room = |t: f32x8| t.abs() * f32x8::lit(PAD) + pad;
+        Self::between([at(0), last], at(2).equal(at(2)).cast(), shift, pad)
+    }
+
+    /// The same of what may have no end, with the lanes that come from inside and NaN anywhere: what those leave and come back to is
+    /// not convex, and all along in doubt.
+    pub(super) fn of_endless(crossings: &[f64x8], from_inside: u8, shift: f64x8, pad: f32x8) -> Self {
+        let none = f64x8::lit(f64::NAN);
+        let (mut first, mut last) = (none, none);
+        let (mut once, mut twice, mut more) = (Mask::none_set(), Mask::none_set(), Mask::none_set());
+        for &t in crossings {
+            let is_there = t.equal(t);
+            (once, twice, more) = (once | is_there, twice | (once & is_there), more | (twice & is_there));
+            first = (is_there & !twice).select(t, first);
+            last = is_there.select(t, last);
+        }
+        let Self { outer: [a, d], inner: [b, c] } = Self::between([first, last], more.cast(), shift, pad);
+        let (once, twice, inside) = (once.cast(), twice.cast(), Mask::from_bits(from_inside));
+        let (leaves, again) = (once & !twice & inside, twice & inside);
+        let (stays, inf) = ((once ^ inside) & !twice, f32x8::lit(f64::INFINITY));
+        let outer = [inside.select(-inf, a), (stays | again).select(inf, leaves.select(b, d))];
+        let inner = [
+            again.select(inf, inside.select(-inf, b)),
+            again.select(-inf, stays.select(inf, leaves.select(a, c))),
+        ];
+        Self { outer, inner }
+    }
+
+    /// Between two distances, `shift` further on than here; all along in doubt where there are `more`.
+    #[inline(always)]
+    fn between(ends: [f64x8; 2], more: Mask<f32x8>, shift: f64x8, pad: f32x8) -> Self {
+        let [enter, leave] = ends.map(|t| f32x8::from_f64s(t - shift));
+        let (inf, room) = (f32x8::lit(f64::INFINITY), |t: f32x8| t.abs() * f32x8::lit(PAD) + pad);
         let outer = [enter - room(enter), leave + room(leave)];
-        let several = at(2).equal(at(2)).cast();
-        let inner = [several.select(inf, enter + room(enter)), several.select(-inf, leave - room(leave))];
+        let inner = [more.select(inf, enter + room(enter)), more.select(-inf, leave - room(leave))];
         Self { outer, inner }
     }
 }
@@ -163,17 +193,19 @@ impl Body {
                 Some(Self::HalfSpace(single(*normal), [(at + by) as f32, (at - by) as f32]))
             }
             Solid::Other => None,
+            Solid::Endless => Some(Self::AskedWhole),
         };
         grown.unwrap_or(Self::Asked)
     }
 
-    /// Says where it is along eight rays, as [`Bracket::put`] does; `asked` knows where its crossings must be asked for.
+    /// Says where it is along eight rays, as [`Bracket::put`] does; `asked` knows where its crossings must be asked for, and, if it is
+    /// told to, where rays come from.
     #[inline(always)]
     pub(super) fn bracket(
         &self,
         rays: &Rays<f32x8>,
         bracket: &mut Bracket,
-        asked: impl FnOnce() -> Bracket,
+        asked: impl FnOnce(bool) -> Bracket,
         go_on: impl FnOnce([f32x8; 2]) -> bool,
     ) -> bool {
         let Rays { origin, dir } = *rays;
@@ -214,8 +246,8 @@ impl Body {
                 };
                 bracket.put(ends, go_on)
             }
-            Self::Asked => {
-                *bracket = asked();
+            Self::Asked | Self::AskedWhole => {
+                *bracket = asked(matches!(self, Self::AskedWhole));
                 go_on(bracket.outer)
             }
         }
@@ -307,7 +339,7 @@ mod tests {
             let shift = -from.dot(rays.dir);
             let own = Rays { origin: (from + rays.dir * shift).cast(), dir: rays.dir.cast() };
             let mut bracket = Bracket::default();
-            assert!(body.bracket(&own, &mut bracket, || unreachable!(), |_| true));
+            assert!(body.bracket(&own, &mut bracket, |_| unreachable!(), |_| true));
             let roots = block.roots(0, &rays, None);
             let (inside, inf) = (block.starts_inside(0, &rays), f64x8::lit(f64::INFINITY));
             let here = |t: f64x8| (t - shift).to_array();

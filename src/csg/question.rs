@@ -285,11 +285,17 @@ impl CsgTree {
     ) -> bool {
         let &Question { first, plan, rules, rays, lines, source, .. } = question;
         let Sketch { crossings, asked, brackets, .. } = sketch;
-        let ask = || {
-            let start = crossings.len();
-            source.crossings(first + part, rays, crossings);
-            asked.push((first + part, start..crossings.len()));
-            Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
+        let ask = |whole: bool| {
+            let (number, start) = (first + part, crossings.len());
+            let bracket = if whole {
+                let (_, from_inside) = source.roots(number, rays, crossings);
+                Bracket::of_endless(&crossings[start..], from_inside, lines.shift, lines.pad)
+            } else {
+                source.crossings(number, rays, crossings);
+                Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
+            };
+            asked.push((number, start..crossings.len()));
+            bracket
         };
         let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
         rules.of(plan, part).body.bracket(&lines.rays, place, ask, go_on)
@@ -442,5 +448,27 @@ mod tests {
         let at = Between(f32x8::zero(), f32x8::zero());
         let [surely, perhaps] = bracket.holds(at);
         assert!(surely.none() && perhaps.none() && bracket.is_met().none());
+    }
+
+    #[test]
+    fn what_has_no_end_is_within_where_it_was_not_left() {
+        let none = f64::NAN;
+        // By lane: comes from inside or not, and crosses never, once, twice.
+        let crossings = [
+            f64x8::new([none, none, 2.0, none, 2.0, 2.0, none, none]),
+            f64x8::new([none, 2.0, 4.0, none, none, 4.0, none, none]),
+        ];
+        let bracket = Bracket::of_endless(&crossings, 0b11_1000, f64x8::zero(), f32x8::lit(1e-6));
+        let at = |t: f64| {
+            let [surely, perhaps] = bracket.holds(Between(f32x8::lit(t), f32x8::lit(t)));
+            (surely.bits() & 0b11_1111, perhaps.bits() & 0b11_1111)
+        };
+        // Who leaves and comes back is in doubt all along.
+        assert_eq!(at(1.0), (0b01_1000, 0b11_1000));
+        assert_eq!(at(2.0), (0b00_1000, 0b11_1110));
+        assert_eq!(at(3.0), (0b00_1110, 0b10_1110));
+        assert_eq!(at(5.0), (0b00_1010, 0b10_1010));
+        let ends = bracket.ends().map(|end| end.meets(f32x8::lit(2.0), f32x8::lit(2.0)).bits() & 0b11_1111);
+        assert_eq!(ends, [0b10_0110, 0b11_0000]);
     }
 }

@@ -9,7 +9,7 @@
 use super::frame::{Frames, narrowed, widened};
 use super::polytope::{HalfSpace, Quadric};
 use super::univariate::{Step, Univariate, steps};
-use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Surfaces, View, first_beyond, permuted};
+use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Solid, Surfaces, View, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
 use glam::{DMat3, DVec3};
@@ -402,6 +402,10 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
         with_room!(self.polynomial[i].order(), N => self.first_crossing::<N>(i, rays, left, looking))
+    }
+
+    fn solid(&self, _i: usize) -> Option<Solid> {
+        Some(Solid::Endless)
     }
 
     /// Where the polynomial is negative, farther out than all its roots.

@@ -11,7 +11,7 @@ pub struct OwnSpace {
     pub map: DMat3,
 }
 
-/// A closed body whose whole boundary is its surface.
+/// A body whose whole boundary is its surface.
 #[derive(Debug, Clone, Copy)]
 pub enum Solid {
     /// What is within `radius` of `center`.
@@ -41,6 +41,8 @@ pub enum Solid {
         /// A point of the plane.
         foot: DVec3,
     },
-    /// Anything else: its crossings tell.
+    /// Anything else that has an end: its crossings tell.
     Other,
+    /// Anything that may have no end: its crossings tell, and which rays come from inside.
+    Endless,
 }
