@@ -307,6 +307,19 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         Mask::none_set()
     }
 
+    /// Adds the crossings of [`Block::roots`] to `out`; says what [`Block::starts_inside`] does. NaN may stand anywhere.
+    #[inline(always)]
+    fn cross(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        out: &mut Vec<S::Lane>,
+    ) -> Mask<S::Lane> {
+        out.extend_from_slice(self.roots(i, rays, left).as_ref());
+        self.starts_inside(i, rays)
+    }
+
     /// The surface of primitive `index[k]` at `t[k]` along ray `k`. Lanes outside `active` hold anything.
     fn resolve(
         &self,

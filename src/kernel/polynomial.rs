@@ -126,6 +126,8 @@ struct Roots<const N: usize> {
     most: usize,
     /// Those at the start, if some rays start on the surface.
     starts: Option<[f64x8; 2]>,
+    /// Where the polynomial is negative before all its roots, if all are asked for.
+    negative_before: Mask<f64x8>,
 }
 
 impl<S: Scalar> Polynomials<S> {
@@ -240,6 +242,10 @@ impl<S: Scalar> Polynomials<S> {
         let (reach, sound) = ray.reach();
         let mut ends = [-reach, reach];
         lanes &= sound;
+        let negative_before = match looking {
+            None => ray.along.value(-reach).lt(f64x8::zero()) & sound,
+            Some(_) => Mask::none_set(),
+        };
         if let Some(looking) = looking {
             // Wider by more than the roundings of this and of the distance that comes of a root.
             let [near, far] = [looking.from, looking.to].map(|t| t.to_f64s() / ray.inv);
@@ -276,27 +282,33 @@ impl<S: Scalar> Polynomials<S> {
         for s in &mut t[..len] {
             *s = (ray.base + *s) * ray.inv;
         }
-        Some(Roots { t, len, most, starts })
+        Some(Roots { t, len, most, starts, negative_before })
     }
 
-    /// All crossings, rising.
+    /// All crossings, rising but for NaN; and where the polynomial is negative before all of them.
+    #[inline(always)]
     fn crossings<const N: usize>(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
-    ) -> SmallVec<[S::Lane; 4]> {
-        let Some(Roots { t, len, most, starts }) = self.solved::<N>(i, rays, left, None) else {
-            return SmallVec::new();
+        out: &mut impl Extend<S::Lane>,
+    ) -> Mask<S::Lane> {
+        let Some(Roots { t, len, most, starts, negative_before }) = self.solved::<N>(i, rays, left, None)
+        else {
+            return Mask::none_set();
         };
-        let mut all: SmallVec<[f64x8; 4]> = t[..len].iter().copied().collect();
         if let Some(starts) = starts {
+            let mut all: SmallVec<[f64x8; 4]> = t[..len].iter().copied().collect();
             for start in starts {
                 insert(&mut all, start);
             }
             all.truncate(most);
+            out.extend(all.into_iter().map(S::Lane::from_f64s));
+        } else {
+            out.extend(t[..len].iter().map(|&t| S::Lane::from_f64s(t)));
         }
-        all.into_iter().map(S::Lane::from_f64s).collect()
+        negative_before.cast()
     }
 
     /// The first crossing that rays look for; those at their starts are none.
@@ -311,13 +323,6 @@ impl<S: Scalar> Polynomials<S> {
         roots.map_or(S::Lane::lit(f64::NAN), |Roots { t, len, .. }| {
             first_beyond(t[..len].iter().map(|&t| S::Lane::from_f64s(t)), looking.from)
         })
-    }
-
-    /// Where the polynomial is negative before all its roots.
-    fn negative_far_back<const N: usize>(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
-        let ray = self.ray::<N>(i, &self.own_rays(i, rays), Mask::none_set());
-        let (reach, sound) = ray.reach();
-        (ray.along.value(-reach).lt(f64x8::zero()) & sound).cast()
     }
 
     /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
@@ -389,7 +394,21 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
 
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
-        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left))
+        let mut all = SmallVec::new();
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, &mut all));
+        all
+    }
+
+    /// (Both of one sum along the rays, which is what takes the time.)
+    #[inline]
+    fn cross(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        out: &mut Vec<S::Lane>,
+    ) -> Mask<S::Lane> {
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, out))
     }
 
     #[inline]
@@ -410,7 +429,8 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
 
     /// Where the polynomial is negative, farther out than all its roots.
     fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
-        with_room!(self.polynomial[i].order(), N => self.negative_far_back::<N>(i, rays))
+        let mut all = SmallVec::<[_; 4]>::new();
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, None, &mut all))
     }
 
     fn resolve(

@@ -149,11 +149,11 @@ impl WithBlock<f64> for RootsOf<'_> {
     fn block<K: Block<f64>>(self, block: &K) -> (usize, u8) {
         let Self { row, rays, left, boundary, full, out } = self;
         let before = out.len();
-        out.extend_from_slice(block.roots(row, rays, left).as_ref());
+        let from_inside = block.cross(row, rays, left, out);
         let surface = out.len() - before;
         if K::SKIN_IS_PARTIAL && boundary {
             out.extend_from_slice(block.boundary(row, rays, left).as_ref());
         }
-        (surface, if full { block.starts_inside(row, rays).bits() } else { 0 })
+        (surface, if full { from_inside.bits() } else { 0 })
     }
 }
