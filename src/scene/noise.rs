@@ -42,42 +42,70 @@ pub static NOISE_TABLE: [f64; 267] = [
 /// Cells of the lattice along an axis, after which it repeats.
 const PERIOD: usize = 4096;
 
-/// The permutation that spreads the corners' numbers: a shuffled `0..PERIOD`.
+/// As many entries as there are numbers of 16 bits, so that none is without one: no index is to be checked. Only the first 8192
+/// are ever asked for, and the second half of these hardly ever.
+const ENTRIES: usize = 1 << 16;
+
+/// The permutation that spreads the corners' numbers: a shuffled `0..PERIOD`, again and again.
 #[derive(Debug)]
 pub struct Lattice {
-    hash: [u16; PERIOD],
+    hash: Box<[u16; ENTRIES]>,
     /// The lowest eight bits of it: where a corner's functions begin in [`NOISE_TABLE`].
-    first: [u8; PERIOD],
+    first: Box<[u8; ENTRIES]>,
 }
 
 /// The one there is.
 pub static LATTICE: LazyLock<Lattice> = LazyLock::new(|| {
-    let mut hash = std::array::from_fn(|i| i as u16);
+    let mut period: [_; PERIOD] = std::array::from_fn(|i| i as u16);
     let mut state = 0u32;
     for i in (0..PERIOD).rev() {
         state = state.wrapping_mul(1_812_433_253).wrapping_add(12_345);
-        hash.swap(i, usize::from((state >> 16) as u16 & 0x7fff) % PERIOD);
+        period.swap(i, usize::from((state >> 16) as u16 & 0x7fff) % PERIOD);
     }
-    Lattice { hash, first: hash.map(|number| number as u8) }
+    let mut lattice = Lattice { hash: Box::new([0; ENTRIES]), first: Box::new([0; ENTRIES]) };
+    for (i, number) in period.into_iter().cycle().take(ENTRIES).enumerate() {
+        (lattice.hash[i], lattice.first[i]) = (number, number as u8);
+    }
+    lattice
 });
 
 /// Coordinates are shifted by this before they become indices of the lattice.
-const LATTICE_SHIFT: i64 = 10_000;
+const LATTICE_SHIFT: f64 = 10_000.0;
+/// Added to a whole number below 2^51, it leaves that in the last bits of the sum (and is none of it in the lowest 51).
+const IN_LAST_BITS: f64 = (3u64 << 51) as f64;
 /// Negative coordinates within this of an integer count as that integer.
 const LATTICE_EDGE: f64 = 1.0 - 1e-10;
 /// Cells from here on have no noise: their numbers would overflow, and coordinates have no fraction left anyway.
 pub const LATTICE_END: f64 = 1e15;
+
+/// The index of a cell's coordinate along an axis, `0..PERIOD`.
+#[inline(always)]
+pub fn index(cell: f64) -> u16 {
+    (cell + (LATTICE_SHIFT + IN_LAST_BITS)).to_bits() as u16 % PERIOD as u16
+}
 
 impl Lattice {
     /// Where in [`NOISE_TABLE`] the functions of a cell's corners begin: the corner that is far along the axes whose bits (1 for
     /// x, 2 for y, 4 for z) its index has. (Of a cell beyond [`LATTICE_END`] anything.)
     #[inline(always)]
     pub fn corners(&self, cell: [f64; 3]) -> [u8; 8] {
-        let [x, y, z] = cell.map(|c| (c as i64).wrapping_add(LATTICE_SHIFT) as usize % PERIOD);
-        let hash = |number: usize| usize::from(self.hash[number % PERIOD]);
+        let [x, y, z] = cell.map(index);
+        let edges = self.edges(x, y);
+        std::array::from_fn(|corner| self.first(&edges, z, corner))
+    }
+
+    /// The numbers of a cell's four edges along z.
+    #[inline(always)]
+    pub fn edges(&self, x: u16, y: u16) -> [u16; 4] {
+        let hash = |number: u16| self.hash[usize::from(number)];
         let along_x = [hash(x), hash(x + 1)];
-        let across: [_; 4] = std::array::from_fn(|k| hash(along_x[k & 1] ^ (y + (k >> 1))));
-        std::array::from_fn(|k| self.first[(across[k & 3] ^ (z + (k >> 2))) % PERIOD])
+        std::array::from_fn(|k| hash(along_x[k & 1] ^ (y + (k >> 1) as u16)))
+    }
+
+    /// Where the functions of a corner begin, on one of these edges.
+    #[inline(always)]
+    pub fn first(&self, edges: &[u16; 4], z: u16, corner: usize) -> u8 {
+        self.first[usize::from(edges[corner & 3] ^ (z + (corner >> 2) as u16))]
     }
 }
 

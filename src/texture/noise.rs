@@ -5,30 +5,35 @@
 //! side by side in a table of their own, so that they are one sum of vectors without anything to be put in order; single ones are
 //! turned, four points at a time.
 
-use crate::lane::{LANES, Lane, Mask, QUAD, columns, f64x4, f64x8};
-use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, function, of_corner};
+use crate::lane::{LANES, Lane, Mask, columns, f64x4, f64x8};
+use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, function, index, of_corner};
 use std::sync::LazyLock;
 
 /// Numbers of the functions that a corner's may begin at.
 const FIRST: usize = 256;
 
-/// The functions that begin at a number: half of their constants, and their slopes along x, y and z, each of three functions (the
-/// fourth lane is idle). Aligned, so that none of them lies across two lines of a cache.
-#[repr(align(64))]
-struct Threes {
-    constants: [[f64; QUAD]; FIRST],
-    /// Neighbours overlap: the slope along x of one is that along y of the one before.
-    slopes: [[f64; QUAD]; FIRST + 3],
+/// The functions that begin at a number. As vectors, since of plain numbers the compiler would make vectors anew, one by one.
+struct Functions {
+    /// Of a single one half of its constant, and its slopes along x, y and z.
+    single: [f64x4; FIRST],
+    /// Of three functions (the fourth lane is idle) halves of the constants,
+    constants: [f64x4; FIRST],
+    /// and the slopes: neighbours overlap, the one along x of one is that along y of the one before.
+    slopes: [f64x4; FIRST + 3],
 }
 
-static THREES: LazyLock<Threes> = LazyLock::new(|| {
-    let three = |first: usize| [0, 4, 8].map(|n| NOISE_TABLE.get(first + n).copied().unwrap_or(0.0));
-    let four = |[a, b, c]: [f64; 3]| [a, b, c, 0.0];
-    Threes {
+static FUNCTIONS: LazyLock<Box<Functions>> = LazyLock::new(|| {
+    let number = |n: usize| NOISE_TABLE.get(n).copied().unwrap_or(0.0);
+    let three = |first: usize| [0, 4, 8].map(|n| number(first + n));
+    let four = |[a, b, c]: [f64; 3]| f64x4::from([a, b, c, 0.0]);
+    Box::new(Functions {
         // (To halve is exact.)
+        single: std::array::from_fn(|n| {
+            f64x4::from([number(n) * 0.5, number(n + 1), number(n + 2), number(n + 3)])
+        }),
         constants: std::array::from_fn(|first| four(three(first).map(|constant| constant * 0.5))),
         slopes: std::array::from_fn(|first| four(three(first))),
-    }
+    })
 });
 
 /// See [`crate::scene::number::Number::lattice`].
@@ -82,37 +87,35 @@ fn in_one_cell<const N: usize>(cell: [f64; 3], within: &Within<f64x8>) -> [f64x8
     sums
 }
 
-/// By lane, where the functions of the corners begin.
+/// Where the functions of the corners begin: by corner, lane by lane.
 #[inline(always)]
-fn corners(cell: [f64x8; 3]) -> [[u8; 8]; LANES] {
-    let cell = cell.map(Lane::to_array);
-    let lattice = &*LATTICE;
-    let mut corners = [[0; 8]; LANES];
-    let (mut last, mut known) = ([f64::NAN; 3], [0; 8]);
-    for (k, corners) in corners.iter_mut().enumerate() {
-        // Neighbours in a row are mostly neighbours in the picture: some in one cell, the others in the next.
-        let here = cell.map(|lanes| lanes[k]);
-        if here != last {
-            (last, known) = (here, lattice.corners(here));
+fn corners(cell: [f64x8; 3]) -> [[u8; LANES]; 8] {
+    let (lattice, indices) = (&*LATTICE, cell.map(|c| c.to_array().map(index)));
+    let mut corners = [[0; LANES]; 8];
+    for k in 0..LANES {
+        // (Axis by axis: where the three are copied to an array first the whole takes a quarter longer.)
+        let (x, y, z) = (indices[0][k], indices[1][k], indices[2][k]);
+        let edges = lattice.edges(x, y);
+        for (corner, firsts) in corners.iter_mut().enumerate() {
+            firsts[k] = lattice.first(&edges, z, corner);
         }
-        *corners = known;
     }
     corners
 }
 
 #[inline(always)]
 fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
-    let (corners, threes) = (corners(cell), &*THREES);
+    let (corners, functions) = (corners(cell), &**FUNCTIONS);
     let from = within.from.map(|sides| sides.map(Lane::to_array));
     let weights: [_; 8] = std::array::from_fn(|corner| within.weight(corner).to_array());
     let mut rows = [f64x4::ZERO; LANES];
-    for (k, (sum, corners)) in rows.iter_mut().zip(corners).enumerate() {
+    for (k, sum) in rows.iter_mut().enumerate() {
         let from = from.map(|sides| sides.map(|side| f64x4::splat(side[k])));
-        for (corner, first) in corners.into_iter().map(usize::from).enumerate() {
+        for corner in 0..8 {
+            let first = usize::from(corners[corner][k]);
             let [x, y, z] = of_corner(&from, corner);
-            let [a, b, c] = [1, 2, 3].map(|n| f64x4::from(threes.slopes[first + n]));
-            let constant = f64x4::from(threes.constants[first]);
-            *sum += f64x4::splat(weights[corner][k]) * (constant + a * x + b * y + c * z);
+            let [a, b, c] = [1, 2, 3].map(|n| functions.slopes[first + n]);
+            *sum += f64x4::splat(weights[corner][k]) * (functions.constants[first] + a * x + b * y + c * z);
         }
     }
     let [x, y, z, _] = columns(rows);
@@ -121,13 +124,12 @@ fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
 
 #[inline(always)]
 fn one_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> f64x8 {
-    let corners = corners(cell);
+    let (corners, functions) = (corners(cell), &**FUNCTIONS);
     let mut sum = f64x8::ZERO;
-    for corner in 0..8 {
+    for (corner, firsts) in corners.into_iter().enumerate() {
         let [x, y, z] = within.from_corner(corner);
-        let rows = corners.map(|corners| f64x4::from(function(usize::from(corners[corner]))));
-        let [constant, a, b, c] = columns(rows);
-        sum += within.weight(corner) * (constant * 0.5 + a * x + b * y + c * z);
+        let [constant, a, b, c] = columns(firsts.map(|first| functions.single[usize::from(first)]));
+        sum += within.weight(corner) * (constant + a * x + b * y + c * z);
     }
     sum
 }
