@@ -59,7 +59,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// The number at a point, before frequency, phase and wave. NaN or infinite only where the point is.
+    /// The number at a point, before frequency, phase and wave. NaN or infinite only where the point or its square is.
     pub fn value<T: Number>(&self, p: [T; 3], generator: Generator) -> T {
         let [x, y, z] = p;
         match self {
@@ -90,13 +90,11 @@ impl Pattern {
             }
             Self::Wood(amount, octaves) => {
                 if *amount == DVec3::ZERO {
-                    return T::each([x, y], |[x, y]| x.hypot(y));
+                    return across(x, y);
                 }
                 let [shift_x, shift_y, _] = noise::turbulence_vector(p, octaves);
-                let moved = |v: f64, shift: f64, amount: f64| v + cycle((v + shift) * amount);
-                T::each([x, y, shift_x, shift_y], |[x, y, shift_x, shift_y]| {
-                    moved(x, shift_x, amount.x).hypot(moved(y, shift_y, amount.y))
-                })
+                let moved = |v: T, shift: T, amount: f64| v + ((v + shift) * amount).map(cycle);
+                across(moved(x, shift_x, amount.x), moved(y, shift_y, amount.y))
             }
             Self::Wrinkles => {
                 let fold = |scale: f64| generator.octave(p.map(|v| v * scale)).unit();
@@ -108,7 +106,7 @@ impl Pattern {
             }
             Self::Gradient(direction) => T::each(p, |p| wrapped(DVec3::from(p).dot(*direction))),
             Self::Boxed => T::each(p, |p| 1.0 - DVec3::from(p).abs().max_element().min(1.0)),
-            Self::Cylindrical => T::each([x, z], |[x, z]| 1.0 - x.hypot(z).min(1.0)),
+            Self::Cylindrical => T::lit(1.0) - T::lit(1.0).smaller(across(x, z)),
             Self::Function(function) => T::each(p, |p| {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&p, &mut around).unwrap_or(0.0))
@@ -155,6 +153,11 @@ impl Pattern {
             pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
         }
     }
+}
+
+/// How far a point is from an axis: by squares, as POV-Ray has it.
+fn across<T: Number>(x: T, y: T) -> T {
+    (x * x + y * y).sqrt()
 }
 
 /// Noises of ever finer grain and as much less weight: each half of the one before.
