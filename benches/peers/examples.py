@@ -20,9 +20,9 @@ from parse import corpus
 
 
 def is_rendered(scene, args):
-    """True if both read the scene to the end: octray without what it does not model, POV-Ray at all."""
-    check = subprocess.run([args.octray, "check", scene], capture_output=True)
-    if check.returncode != 0:
+    """True if both make a picture of the scene, octray without leaving anything out."""
+    picture = ["-W", "8", "-H", "8", "-q", "-o", args.out / "frame0.ppm"]
+    if subprocess.run([args.octray, "render", scene, *picture], capture_output=True).returncode != 0:
         return False
     try:
         povray(scene, argparse.Namespace(size="8x8", library=[]))
