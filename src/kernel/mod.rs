@@ -196,7 +196,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     }
 
     /// All crossings of eight rays with primitive `i`, also those behind the start, in rising order; NaN where there
-    /// is none (a lane's crossings come first, its NaNs last).
+    /// is none (a lane's crossings come first, its NaNs last; of polynomials NaN stands anywhere).
     ///
     /// Crossings of a bounded solid come in pairs, into it and out of it (a ray that touches gets the same `t`
     /// twice, or nothing); a half space has one. With `left`, the crossing at the start is returned as exactly 0.
