@@ -20,9 +20,10 @@ from parse import corpus
 
 
 def is_rendered(scene, args):
-    """True if both make a picture of the scene, octray without leaving anything out."""
-    picture = ["-W", "8", "-H", "8", "-q", "-o", args.out / "frame0.ppm"]
-    if subprocess.run([args.octray, "render", scene, *picture], capture_output=True).returncode != 0:
+    """True if both make a picture of the scene, octray without leaving anything out (as it does photons, with a note)."""
+    picture = ["-W", "8", "-H", "8", "-o", args.out / "frame0.ppm"]
+    ours = subprocess.run([args.octray, "render", scene, *picture], capture_output=True, text=True)
+    if ours.returncode != 0 or "ignored" in ours.stderr:
         return False
     try:
         povray(scene, argparse.Namespace(size="8x8", library=[]))
