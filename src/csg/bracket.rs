@@ -126,8 +126,10 @@ impl Bracket {
         let none = f64x8::lit(f64::NAN);
         let (mut first, mut last) = (none, none);
         let (mut once, mut twice, mut more) = (Mask::none_set(), Mask::none_set(), Mask::none_set());
+        let mut goes_inside = Mask::from_bits(from_inside);
         for &t in crossings {
             let is_there = t.equal(t);
+            goes_inside = goes_inside ^ is_there;
             (once, twice, more) = (once | is_there, twice | (once & is_there), more | (twice & is_there));
             first = (is_there & !twice).select(t, first);
             last = is_there.select(t, last);
@@ -135,8 +137,10 @@ impl Bracket {
         let Self { outer: [a, d], inner: [b, c] } = Self::between([first, last], more.cast(), shift, pad);
         let (once, twice, inside) = (once.cast(), twice.cast(), Mask::from_bits(from_inside));
         let (leaves, again) = (once & !twice & inside, twice & inside);
-        let (stays, inf) = ((once ^ inside) & !twice, f32x8::lit(f64::INFINITY));
-        let outer = [inside.select(-inf, a), (stays | again).select(inf, leaves.select(b, d))];
+        // (What three crossings lead into has no end, either.)
+        let goes_inside = goes_inside.cast();
+        let (stays, inf) = (goes_inside & !twice, f32x8::lit(f64::INFINITY));
+        let outer = [inside.select(-inf, a), (goes_inside | again).select(inf, leaves.select(b, d))];
         let inner = [
             again.select(inf, inside.select(-inf, b)),
             again.select(-inf, stays.select(inf, leaves.select(a, c))),

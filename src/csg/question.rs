@@ -453,10 +453,11 @@ mod tests {
     #[test]
     fn what_has_no_end_is_within_where_it_was_not_left() {
         let none = f64::NAN;
-        // By lane: comes from inside or not, and crosses never, once, twice.
+        // By lane: comes from inside or not, and crosses never, once, twice; the last from outside three times.
         let crossings = [
-            f64x8::new([none, none, 2.0, none, 2.0, 2.0, none, none]),
-            f64x8::new([none, 2.0, 4.0, none, none, 4.0, none, none]),
+            f64x8::new([none, none, 2.0, none, 2.0, 2.0, 2.0, none]),
+            f64x8::new([none, 2.0, 4.0, none, none, 4.0, 4.0, none]),
+            f64x8::new([none, none, none, none, none, none, 4.5, none]),
         ];
         let bracket = Bracket::of_endless(&crossings, 0b11_1000, f64x8::zero(), f32x8::lit(1e-6));
         let at = |t: f64| {
@@ -468,6 +469,8 @@ mod tests {
         assert_eq!(at(2.0), (0b00_1000, 0b11_1110));
         assert_eq!(at(3.0), (0b00_1110, 0b10_1110));
         assert_eq!(at(5.0), (0b00_1010, 0b10_1010));
+        let beyond = Between(f32x8::lit(5.0), f32x8::lit(5.0));
+        assert_eq!(bracket.holds(beyond).map(|lanes| lanes.bits() >> 6 & 1), [0, 1]);
         let ends = bracket.ends().map(|end| end.meets(f32x8::lit(2.0), f32x8::lit(2.0)).bits() & 0b11_1111);
         assert_eq!(ends, [0b10_0110, 0b11_0000]);
     }
