@@ -150,7 +150,7 @@ impl Window {
 
     /// Looks no farther than what a part lies between: whether anything is left.
     #[inline(always)]
-    pub(super) fn narrow(&mut self, [enter, leave]: [f32x8; 2]) -> bool {
+    fn narrow(&mut self, [enter, leave]: [f32x8; 2]) -> bool {
         (self.low, self.high) = (most(self.low, enter), least(self.high, leave));
         self.live &= self.low.le(self.high).bits();
         self.live != 0
@@ -158,13 +158,13 @@ impl Window {
 
     /// True if any ray looks at what a part lies between. (NaN comes last, and stays.)
     #[inline(always)]
-    pub(super) fn shows(&self, [enter, leave]: [f32x8; 2]) -> bool {
+    fn shows(&self, [enter, leave]: [f32x8; 2]) -> bool {
         most(self.low, enter).le(least(self.high, leave)).bits() & self.live != 0
     }
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    pub(super) fn own_ends(&self, ends: [Between; 2]) -> [u8; 2] {
+    fn own_ends(&self, ends: [Between; 2]) -> [u8; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
     }
 
