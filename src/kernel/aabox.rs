@@ -32,6 +32,7 @@ impl<S: Scalar> Boxes<S> {
 }
 
 impl<S: Scalar> Block<S> for Boxes<S> {
+    const SHORT: bool = true;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

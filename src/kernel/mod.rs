@@ -179,6 +179,8 @@ impl<L: Lane> Surfaces<L> {
 pub trait Block<S: Scalar>: Default + Send + Sync {
     /// True if [`Block::boundary`] is not the same as [`Block::roots`].
     const SKIN_IS_PARTIAL: bool = false;
+    /// True if a call costs something beside the test of a row: then walks have it inlined.
+    const SHORT: bool = false;
     /// Crossings by lane: `[L; ROOTS]`.
     type Roots: AsRef<[S::Lane]>;
 

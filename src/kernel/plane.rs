@@ -39,6 +39,7 @@ impl<S: Scalar> Planes<S> {
 }
 
 impl<S: Scalar> Block<S> for Planes<S> {
+    const SHORT: bool = true;
     type Roots = [S::Lane; 1];
 
     fn len(&self) -> usize {

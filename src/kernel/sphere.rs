@@ -93,6 +93,7 @@ fn near_crossings<S: Scalar>(
 }
 
 impl<S: Scalar> Block<S> for Spheres<S> {
+    const SHORT: bool = true;
     type Roots = [S::Lane; 2];
 
     fn len(&self) -> usize {

@@ -4,7 +4,6 @@
 use super::composite::surfaces;
 use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
-use crate::bvh::Count;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
 use crate::csg::{Composite, Scratch, Stretch};
 use crate::kernel::{Block, Left, Looking, Rays, View};
@@ -73,22 +72,21 @@ impl InTheWay {
     }
 }
 
-/// Notes which rays of a packet meet the rows of a run.
-pub struct NoteRun<'a, S: Scalar, C: Count> {
+/// Notes which rays of a packet meet the rows of a run; how many rows were tested.
+pub struct NoteRun<'a, S: Scalar> {
     pub rows: Rows<'a>,
     pub query: &'a Query<S::Lane>,
     pub view: &'a View<S::Lane>,
     pub lanes: u8,
     pub way: &'a mut InTheWay,
-    pub count: &'a mut C,
 }
 
-impl<S: Scalar, C: Count> WithBlock<S> for NoteRun<'_, S, C> {
-    type Output = ();
+impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
+    type Output = u32;
 
-    #[inline(always)]
-    fn block<K: Block<S>>(self, block: &K) {
-        let Self { rows: Rows { run, base, .. }, query, view, lanes, way, count } = self;
+    fn block<K: Block<S>>(self, block: &K) -> u32 {
+        let Self { rows: Rows { run, base, .. }, query, view, lanes, way } = self;
+        let mut tested = 0;
         let starts_here = query.starts_within(base + run.first, run.len);
         for row in run.first..run.first + run.len {
             let surface = base + row;
@@ -102,13 +100,14 @@ impl<S: Scalar, C: Count> WithBlock<S> for NoteRun<'_, S, C> {
             let left = (on != 0).then_some(&left);
             let looking = Looking { from: query.t_min, to: query.t, lanes };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
-            count.leaf(lanes.count_ones());
+            tested += 1;
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;
             if met != 0 {
                 way.note(Transparent::Primitive(surface), met);
             }
         }
+        tested
     }
 }
 

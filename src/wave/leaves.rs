@@ -250,8 +250,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
         if run.kind != COMPOSITE {
             let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
-            let (view, way, count) = (self.views.of(packet), &mut self.ways[packet], &mut self.count);
-            self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way, count });
+            let (view, way) = (self.views.of(packet), &mut self.ways[packet]);
+            let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way });
+            (0..tested).for_each(|_| self.count.leaf(lanes.count_ones()));
             return;
         }
         let (query, way) = (&self.queries[packet], &mut self.ways[packet]);

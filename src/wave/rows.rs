@@ -130,18 +130,18 @@ pub struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Tests them against the lanes given of one packet, with `any` until each has met one: the lanes that have.
+    /// Tests them against the lanes given of one packet, with `any` until each has met one: the lanes that have, and how many rows
+    /// were tested.
     #[inline(always)]
     pub fn test<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
         (query, view): (&mut Query<S::Lane>, &View<S::Lane>),
         (lanes, any): (u8, bool),
-        count: &mut impl Count,
-    ) -> u8 {
+    ) -> (u8, u32) {
         let Self { run, base, ranks } = *self;
         let starts_here = query.starts_within(base + run.first, run.len);
-        let mut changed = 0;
+        let (mut changed, mut tested) = (0, 0);
         for row in run.first..run.first + run.len {
             let surface = base + row;
             let on = if starts_here { query.lanes_on(surface) & lanes } else { 0 };
@@ -153,12 +153,40 @@ impl Rows<'_> {
             let left = (on & !gone != 0).then_some(&left);
             let looking = Looking { from: query.t_min, to: query.t, lanes: lanes & !gone };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
-            count.leaf(lanes.count_ones());
+            tested += 1;
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {
                 break;
             }
         }
+        (changed, tested)
+    }
+
+    /// The same, called: a dozen walks send rays here, and with every kernel in each of them the program would take half as long again
+    /// to compile.
+    #[inline(never)]
+    fn test_apart<S: Scalar, K: Block<S>>(
+        &self,
+        block: &K,
+        rays: (&mut Query<S::Lane>, &View<S::Lane>),
+        looking: (u8, bool),
+    ) -> (u8, u32) {
+        self.test(block, rays, looking)
+    }
+
+    /// The same, counted: the lanes that have met one.
+    #[inline(always)]
+    fn test_counting<S: Scalar, K: Block<S>>(
+        &self,
+        block: &K,
+        rays: (&mut Query<S::Lane>, &View<S::Lane>),
+        (lanes, any): (u8, bool),
+        count: &mut impl Count,
+    ) -> u8 {
+        let looking = (lanes, any);
+        let (changed, tested) =
+            if K::SHORT { self.test(block, rays, looking) } else { self.test_apart(block, rays, looking) };
+        (0..tested).for_each(|_| count.leaf(lanes.count_ones()));
         changed
     }
 }
@@ -202,7 +230,8 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, A
         let mut found = 0;
         for k in bits(which) {
             let (query, state) = (&mut self.queries[k], &mut self.packets[k]);
-            let changed = self.rows.test(block, (query, self.views.of(k)), (state.live(), ANY), self.count);
+            let changed =
+                self.rows.test_counting(block, (query, self.views.of(k)), (state.live(), ANY), self.count);
             if changed != 0 {
                 state.found(changed, query.t, ANY);
                 found |= 1 << k;
@@ -235,7 +264,7 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
             changed = if lanes == 0 {
                 0
             } else {
-                rows.test(block, (query, views.of(first + k)), (lanes, ANY), count)
+                rows.test_counting(block, (query, views.of(first + k)), (lanes, ANY), count)
             };
         }
         changed

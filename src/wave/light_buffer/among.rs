@@ -143,7 +143,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
             for k in bits(rows) {
                 let run = Run { kind, class: 0, last: true, len: 1, first: QUAD as u32 * four + k as u32 };
                 let rows = Rows { run: &run, base, ranks };
-                met |= rows.test(block, (&mut **query, view), (before & !met, true), &mut ());
+                met |= rows.test(block, (&mut **query, view), (before & !met, true)).0;
             }
         }
         met
