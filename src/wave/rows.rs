@@ -162,7 +162,7 @@ impl Rows<'_> {
         (changed, tested)
     }
 
-    /// The same, called: a dozen walks send rays here, and with every kernel in each of them the program would take half as long again
+    /// The same, called: a dozen walks send rays here, and with every kernel in each of them the program would take a third longer
     /// to compile.
     #[inline(never)]
     fn test_apart<S: Scalar, K: Block<S>>(
