@@ -8,8 +8,8 @@ use std::ops::AddAssign;
 pub trait Count: Default {
     /// A test of boxes with so many lanes at work.
     fn boxes(&mut self, lanes: u32);
-    /// A test of primitives with so many lanes at work.
-    fn leaf(&mut self, lanes: u32);
+    /// So many tests of primitives, each with so many lanes at work.
+    fn leaf(&mut self, tests: u32, lanes: u32);
     /// All tests of another walk.
     fn add(&mut self, other: Self);
 }
@@ -19,7 +19,7 @@ impl Count for () {
     #[inline(always)]
     fn boxes(&mut self, _lanes: u32) {}
     #[inline(always)]
-    fn leaf(&mut self, _lanes: u32) {}
+    fn leaf(&mut self, _tests: u32, _lanes: u32) {}
     #[inline(always)]
     fn add(&mut self, _other: Self) {}
 }
@@ -39,9 +39,9 @@ impl Tests {
         self.lanes as f64 / (self.tests.max(1)) as f64
     }
 
-    fn count(&mut self, lanes: u32) {
-        self.tests += 1;
-        self.lanes += u64::from(lanes);
+    fn count(&mut self, tests: u32, lanes: u32) {
+        self.tests += u64::from(tests);
+        self.lanes += u64::from(tests) * u64::from(lanes);
     }
 }
 
@@ -57,11 +57,11 @@ pub struct Occupancy {
 
 impl Count for Occupancy {
     fn boxes(&mut self, lanes: u32) {
-        self.boxes.count(lanes);
+        self.boxes.count(1, lanes);
     }
 
-    fn leaf(&mut self, lanes: u32) {
-        self.leaf.count(lanes);
+    fn leaf(&mut self, tests: u32, lanes: u32) {
+        self.leaf.count(tests, lanes);
     }
 
     fn add(&mut self, other: Self) {

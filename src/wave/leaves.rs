@@ -229,9 +229,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Tests a run of composites.
     #[inline(always)]
     fn composites(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        for _ in 0..run.len {
-            self.count.leaf(lanes.count_ones());
-        }
+        self.count.leaf(run.len, lanes.count_ones());
         let buffers = (&mut self.buffers.scratch, &mut self.stretches[packet]);
         composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], (lanes, self.filter), buffers)
     }
@@ -252,13 +250,13 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
             let (view, way) = (self.views.of(packet), &mut self.ways[packet]);
             let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way });
-            (0..tested).for_each(|_| self.count.leaf(lanes.count_ones()));
+            self.count.leaf(tested, lanes.count_ones());
             return;
         }
         let (query, way) = (&self.queries[packet], &mut self.ways[packet]);
         let Self { scene, buffers, stretches, count, .. } = self;
         for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
-            count.leaf(lanes.count_ones());
+            count.leaf(1, lanes.count_ones());
             let buffers = (&mut buffers.scratch, &mut stretches[packet]);
             way.note_composite(scene, composite, (query, lanes), buffers);
         }

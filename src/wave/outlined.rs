@@ -58,7 +58,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
             for (side, (k, [through, unsure])) in [k, other].into_iter().zip(told).enumerate() {
                 let (query, live) = (&self.queries[k], self.packets[k].live());
                 if side == 0 || more != 0 {
-                    rows.clone().for_each(|_| self.count.leaf(live.count_ones()));
+                    self.count.leaf(rows.len() as u32, live.count_ones());
                 }
                 let mut passing = through.of(live);
                 for row in unsure.of(live).rows() {

@@ -94,7 +94,7 @@ impl<S: Scalar, C: Count> WithBlock<S> for TestAcross<'_, S, C> {
         let mut rows = !0u32 << (run.first % FOUR); // Those of this run among the four, and any number after them.
         while first < end {
             rows &= !(!0 << (end - first).min(FOUR));
-            count.leaf(rows.count_ones());
+            count.leaf(1, rows.count_ones());
             let left = left.wrapping_sub(base + first);
             let left = if left < FOUR { 1 << left } else { 0 };
             let limits = (t_min, query.t.lanes()[lane]);
@@ -186,7 +186,7 @@ impl Rows<'_> {
         let looking = (lanes, any);
         let (changed, tested) =
             if K::SHORT { self.test(block, rays, looking) } else { self.test_apart(block, rays, looking) };
-        (0..tested).for_each(|_| count.leaf(lanes.count_ones()));
+        count.leaf(tested, lanes.count_ones());
         changed
     }
 }
