@@ -29,7 +29,7 @@ pub struct SceneArgs {
     #[arg(long = "allow-write", value_name = "DIR")]
     pub write_paths: Vec<PathBuf>,
     /// Render no scene of more shapes than this: each takes 300 to 700 bytes while it is rendered. A script of a few lines
-    /// can ask for more than any memory holds. (A mesh that is placed many times counts once)
+    /// can ask for more than any memory holds. (A mesh, or a composite of meshes, that is placed many times counts once)
     #[arg(long, value_name = "N", default_value_t = 20_000_000)]
     pub max_shapes: u64,
     /// Stop a script after so many evaluated tokens: a hundred million take some seconds

@@ -1,6 +1,7 @@
 //! From primitives to what rays meet: the tree over what has bounds, rows in the order of its leaves, and a number for
 //! every surface.
 
+use super::composites::Composites;
 use super::instances::Instances;
 use super::primitives::Gathered;
 use super::{COMPOSITE, Columns, Flat, Geometry, INSTANCE, Kind, PART, WithBlock};
@@ -14,14 +15,15 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Pres
     let Gathered { origin, flat, whole, mut items, loose, together, .. } = gathered;
     cut_long(&flat.columns, &mut items, preset, whole);
     let mut rows: Vec<usize> = Kind::ALL.iter().map(|&kind| flat.columns.len(kind)).collect();
-    rows.push(flat.csg.composites.len());
+    rows.push(flat.composites.csg.composites.len());
     rows.push(flat.placed.len());
     let (mut bvh, mut order) = build::<B>(items, &rows, preset);
     bvh.together = together;
     let unbounded = place_loose(&flat, &loose, &mut order);
     let classes = unbounded.iter().fold(bvh.classes, |classes, run| classes | run.class);
 
-    let Flat { mut columns, parts, mut csg, plain, part_tags, meshes, placed, .. } = flat;
+    let Flat { mut columns, plain, composites, prototypes, placed } = flat;
+    let Composites { parts, mut csg, part_tags, .. } = composites;
     let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &kind in Kind::ALL {
         base.push(owner.len() as u32);
@@ -36,9 +38,9 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Pres
     owner.extend(part_tags.iter().map(|tag| tag.owner));
     rank.extend(part_tags.iter().map(|tag| tag.rank));
     kinds.extend(csg.parts.iter().map(|part| part.kind | PART));
-    let meshes = meshes.iter().map(|mesh| assemble(Gathered::of_mesh(mesh), preset)).collect();
+    let prototypes = prototypes.iter().map(|one| assemble(Gathered::of_prototype(one), preset)).collect();
     let in_order = &order[usize::from(INSTANCE)];
-    let instances = Instances::new(meshes, &placed, in_order, owner.len() as u32);
+    let instances = Instances::new(prototypes, &placed, in_order, owner.len() as u32);
     let stretches = instances.rows.iter().zip(in_order);
     let stretches =
         stretches.map(|(instance, &number)| (instance.first, placed[number as usize].tag.rank)).collect();
@@ -97,7 +99,7 @@ fn place_loose<S: Scalar>(flat: &Flat<S>, loose: &[Vec<u32>], order: &mut [Vec<u
     for (kind, rows) in loose.iter().enumerate() {
         let class = |row: u32| match kind as u8 {
             INSTANCE => placed[row as usize].tag.class,
-            COMPOSITE => composites[row as usize].class,
+            COMPOSITE => composites.tags[row as usize].class,
             _ => plain[kind][row as usize].class,
         };
         for run in rows.chunk_by(|&a, &b| class(a) == class(b)) {

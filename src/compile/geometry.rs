@@ -7,9 +7,9 @@ use crate::kernel::Ranks;
 use crate::lane::Scalar;
 use glam::DVec3;
 
-/// Primitives in precision `S` under boxes in precision `B`: those of a scene, or of a mesh that stands in several places of one.
+/// Primitives in precision `S` under boxes in precision `B`: those of a scene, or of something that stands in several places of one.
 pub struct Geometry<S: Scalar, B: Scalar> {
-    /// Subtracted from world coordinates (a mesh's: from its own) before they become columns: zero in double precision; in
+    /// Subtracted from world coordinates (or from a prototype's own) before they become columns: zero in double precision; in
     /// single precision the middle of the scene, so that a scene far from the world's origin keeps its digits.
     pub origin: DVec3,
     /// Primitives that stand by themselves.
@@ -24,11 +24,11 @@ pub struct Geometry<S: Scalar, B: Scalar> {
     pub first_part: SurfaceId,
     /// By surface number, but for surfaces of instances: its kind; of parts with [`PART`](super::PART) set.
     pub kinds: Vec<u8>,
-    /// The same: index into [`Compiled::owners`](super::Compiled::owners); of a mesh for instances, which of its looks.
+    /// The same: index into [`Compiled::owners`](super::Compiled::owners); of a prototype, which of its looks.
     pub owner: Vec<u32>,
     /// Which of surfaces at one place is seen; an instance decides for itself among its own.
     pub ranks: Ranks,
-    /// Meshes that stand in several places.
+    /// What stands in several places and is kept once.
     pub instances: Instances<S, B>,
     /// Without finite bounds: tested before the tree.
     pub unbounded: Vec<Run>,
@@ -82,6 +82,14 @@ impl<S: Scalar, B: Scalar> Geometry<S, B> {
     pub fn place_of(&self, surface: SurfaceId) -> u32 {
         let place = self.ranks.of(surface);
         self.ranks.stretch(surface).map_or(place, |row| place + self.instances.place_of(row, surface))
+    }
+
+    /// True of parts that are turned inside out, also in instances; `None` of what is no part of a composite.
+    pub fn is_inverted(&self, surface: SurfaceId) -> Option<bool> {
+        match self.part_of(surface) {
+            Some(part) => Some(self.csg.parts[part as usize].inverted),
+            None => self.instances.is_inverted(self.ranks.stretch(surface)?, surface),
+        }
     }
 
     #[cold]

@@ -2,19 +2,21 @@
 //! [`Geometry::origin`]), one block per kind that is present, a tree over all of it, and a table of who owns what.
 //!
 //! Every surface has a number ([`SurfaceId`]): a plain primitive its kind's [base](Geometry::base) and its row, a part of a
-//! composite [`Geometry::first_part`] and its own number, and after all these a triangle of an instance the
-//! [first](Instance::first) of it and its number in the mesh.
+//! composite [`Geometry::first_part`] and its own number, and after all these a surface of an instance the
+//! [first](Instance::first) of it and its number in what stands there.
 //!
 //! What comes in is a [`Scene`]; what goes out is everything the waves need, and nothing they must decide per ray.
 
 mod assemble;
 mod columns;
+mod composites;
 mod flatten;
 mod geometry;
 mod instances;
 mod owner;
 mod primitives;
 mod shapes;
+mod tag;
 
 pub use columns::{Columns, Kind, WithBlock};
 pub use geometry::Geometry;
@@ -25,17 +27,18 @@ pub use primitives::Primitives;
 pub use crate::kernel::{NO_SURFACE, SurfaceId};
 
 use crate::bvh::Preset;
-use crate::csg::CsgTree;
 use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
-use instances::{PlacedMesh, SharedMesh};
+use composites::Composites;
+use instances::{PlacedPrototype, Prototype};
 use std::ops::Range;
+use tag::{Look, Tag, turn_ranks, turned_rank};
 
 /// Kind number of composites among the kinds of the tree's runs: one past the last kind with columns.
 pub const COMPOSITE: u8 = Kind::ALL.len() as u8;
 
-/// Kind number of instances of meshes: after composites.
+/// Kind number of instances: after composites.
 pub const INSTANCE: u8 = COMPOSITE + 1;
 
 /// Set in the kind of a surface that is part of a composite.
@@ -98,18 +101,13 @@ pub struct MeshBody {
 #[derive(Default)]
 struct Flat<S: Scalar> {
     columns: Columns<S>,
-    parts: Columns<f64>,
-    csg: CsgTree,
     /// By kind and row of `columns`: owner, rank and class.
     plain: Vec<Vec<Tag>>,
-    /// By composite.
-    composites: Vec<Tag>,
-    /// By part.
-    part_tags: Vec<Tag>,
-    /// Meshes that stand in several places,
-    meshes: Vec<SharedMesh>,
+    composites: Composites,
+    /// What stands in several places and is kept once,
+    prototypes: Vec<Prototype>,
     /// and where.
-    placed: Vec<PlacedMesh>,
+    placed: Vec<PlacedPrototype>,
 }
 
 /// What [`Compiled`] keeps of a scene's objects besides their geometry.
@@ -119,12 +117,4 @@ struct Objects {
     owners: Vec<Owner>,
     textures: TextureTable,
     interiors: Vec<Interior>,
-}
-
-/// What is known of a primitive besides its geometry.
-#[derive(Debug, Clone, Copy)]
-struct Tag {
-    owner: u32,
-    rank: u32,
-    class: u8,
 }

@@ -1,6 +1,7 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
-use super::instances::{PlacedMesh, SharedMesh};
+use super::composites::Composites;
+use super::instances::{PlacedPrototype, Prototype};
 use super::{
     COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
 };
@@ -46,7 +47,7 @@ impl<S: Scalar> Primitives<S> {
         Self::with(scene, Instancing::default())
     }
 
-    /// The same with some meshes shared.
+    /// The same where some of what stands in several places may be kept once.
     pub fn with(scene: &Scene, instancing: Instancing) -> Self {
         let mut origin = DVec3::ZERO;
         let (mut flat, mut objects) = flatten::flatten::<S>(scene, origin, instancing);
@@ -68,9 +69,9 @@ impl<S: Scalar> Primitives<S> {
         self.gathered.giants
     }
 
-    /// True if a mesh stands in a place whose map is beyond single precision.
+    /// True if something shared stands in a place whose map is beyond single precision.
     pub fn have_extreme_places(&self) -> bool {
-        self.gathered.flat.placed.iter().any(PlacedMesh::is_extreme)
+        self.gathered.flat.placed.iter().any(PlacedPrototype::is_extreme)
     }
 
     /// True if boxes in precision `B` would tell little of where they are: a thousand far stars around a table.
@@ -104,13 +105,13 @@ impl<S: Scalar> Gathered<S> {
         Self { origin, flat, whole, items, loose, together, giants }
     }
 
-    /// Those of a mesh by itself, in its own space.
-    pub fn of_mesh(shared: &SharedMesh) -> Self {
+    /// Those of a prototype by itself, in its own space.
+    pub fn of_prototype(prototype: &Prototype) -> Self {
         let mut origin = DVec3::ZERO;
         if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF {
-            origin = middle(Aabb::of(shared.mesh.vertices.iter().copied())).unwrap_or_default();
+            origin = middle(prototype.bounds()).unwrap_or_default();
         }
-        let flat = flatten::flatten_mesh(shared, origin);
+        let flat = flatten::flatten_prototype(prototype, origin);
         let reach = Reach::of(&flat);
         Self::of(flat, origin, reach)
     }
@@ -136,8 +137,9 @@ impl Reach {
 /// Around what has finite bounds and reaches no farther, and how much reaches farther.
 fn within<S: Scalar>(flat: &Flat<S>, farthest: f64) -> (Aabb, usize) {
     let columns = Kind::ALL.iter().map(|&kind| flat.columns.with(kind as u8, Within { farthest }));
-    let composites = flat.csg.composites.iter().map(|composite| one_within(composite.bounds, farthest));
-    let placed = flat.placed.iter().map(|mesh| one_within(mesh.bounds, farthest));
+    let composites =
+        flat.composites.csg.composites.iter().map(|composite| one_within(composite.bounds, farthest));
+    let placed = flat.placed.iter().map(|placed| one_within(placed.bounds, farthest));
     columns.chain(composites).chain(placed).fold((Aabb::EMPTY, 0), sum)
 }
 
@@ -181,7 +183,7 @@ fn middle(whole: Aabb) -> Option<DVec3> {
 
 /// What [`Gathered`] keeps as `items`, `loose` and `together`.
 fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool) {
-    let Flat { columns, csg, plain, composites, placed, .. } = flat;
+    let Flat { columns, plain, composites: Composites { csg, tags: composites, .. }, placed, .. } = flat;
     let rows = Kind::ALL.iter().map(|&kind| columns.len(kind)).sum::<usize>();
     let mut items = Items::within(whole, rows + composites.len() + placed.len());
     let mut loose: Vec<Vec<u32>> = vec![Vec::new(); usize::from(INSTANCE) + 1];
@@ -206,10 +208,10 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool
             loose[usize::from(COMPOSITE)].push(number as u32);
         }
     }
-    for (number, mesh) in placed.iter().enumerate() {
-        let bounds = bounds_in(whole, mesh.bounds);
+    for (number, one) in placed.iter().enumerate() {
+        let bounds = bounds_in(whole, one.bounds);
         if bounds.is_finite() {
-            let (class, index) = (mesh.tag.class, number as u32);
+            let (class, index) = (one.tag.class, number as u32);
             items.push(&Item { bounds, kind: INSTANCE, class, index, cost: INSTANCE_COST });
         } else {
             loose[usize::from(INSTANCE)].push(number as u32);
@@ -219,7 +221,7 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool
     (items, loose, costs[0] > costs[1])
 }
 
-/// What it costs to move rays into an instance and through the first nodes of its mesh's tree, in box tests.
+/// What it costs to move rays into an instance and through the first nodes of its tree, in box tests.
 const INSTANCE_COST: f32 = 30.0;
 
 /// What a row more costs where rows are tested four at a time, as a share of a test by itself. (Packets take them row by row, and

@@ -2,9 +2,10 @@
 //! axis-parallel where it can, and whatever else is bent goes to a block with a space of its own.
 
 use super::{Columns, Kind};
+use crate::kernel::Aabb;
 use crate::lane::Scalar;
 use crate::parallel;
-use crate::scene::{Mesh, Shape, Transform};
+use crate::scene::{Mesh, Object, Shape, Transform};
 use glam::DVec3;
 
 /// Adds `shape` and says which block took it; `None` for shapes that nothing can hit. (Meshes and composites are not
@@ -131,6 +132,22 @@ pub(super) fn push_mesh<S: Scalar>(
         columns.smooth_triangles.extend(smooth.len(), |k| (corners(smooth[k]), shading(smooth[k])));
     }
     [(Kind::Triangle, flat), (Kind::SmoothTriangle, smooth)]
+}
+
+/// True of shapes that have two sides but no inside; `inverse` does not turn them (measured in POV-Ray 3.7).
+pub(super) fn is_flat(shape: &Shape) -> bool {
+    matches!(shape, Shape::Triangle { .. } | Shape::Polygon { .. })
+}
+
+/// What the scene's `bounded_by` says of where an object lies that has no bounds of its own.
+pub(super) fn given_bounds<S: Scalar>(object: &Object, around: &Transform) -> Aabb {
+    object.bounded_by().iter().fold(Aabb::INFINITE, |bounds, helper| {
+        let mut columns = Columns::<S>::default();
+        match push(&mut columns, &helper.shape, &helper.transform.then(around)) {
+            Some(kind) if !helper.flags.inverse => bounds.intersection(columns.bounds(kind, 0)),
+            _ => bounds,
+        }
+    })
 }
 
 /// A normal on the side of a polygon's first corner that has an area: POV-Ray's front.

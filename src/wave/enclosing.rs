@@ -1,8 +1,9 @@
 //! What the camera stands in: POV-Ray's rays start with the interiors of all solids around the eye.
 
 use super::composite::Parts;
+use super::instances::Placed;
 use super::medium::Media;
-use crate::compile::{COMPOSITE, Compiled, INSTANCE, Kind, NO_SURFACE, SurfaceId, WithBlock};
+use crate::compile::{COMPOSITE, Compiled, Geometry, INSTANCE, Kind, NO_SURFACE, SurfaceId, WithBlock};
 use crate::csg::Scratch;
 use crate::kernel::{Aabb, Block, Rays};
 use crate::lane::{LANES, Lane, Scalar, Vec3, f64x8};
@@ -74,6 +75,14 @@ impl Enclosing {
             }
             let surface = scene.geometry.first_part + composite.parts.start;
             solids.push(enclosure(surface, COMPOSITE, number as u32, composite.surroundings.interior));
+        }
+        for (number, instance) in scene.geometry.instances.rows.iter().enumerate() {
+            let is_mesh = scene.geometry.instances.prototypes[instance.prototype as usize].has_triangles();
+            if let Some(interior) = instance.interior
+                && (!is_mesh || instance.bounds.meets(&eyes))
+            {
+                solids.push(enclosure(instance.first, INSTANCE, number as u32, interior));
+            }
         }
         let mut meshes = Vec::new();
         for (mesh, triangles) in scene.mesh_bodies.iter().zip(triangles_of_bodies(scene)) {
@@ -180,16 +189,15 @@ impl Enclosure {
     ) -> u8 {
         let &Self { kind, row, .. } = self;
         if kind == COMPOSITE {
-            let source =
-                Parts { scene: &scene.geometry, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
-            return scene.geometry.csg.surrounds(
-                &scene.geometry.csg.composites[row as usize],
-                rays,
-                &source,
-                scratch,
-            );
+            return in_composite(&scene.geometry, row as usize, rays, scratch);
         }
         let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
+        if kind == INSTANCE {
+            let placed = Placed::of(&scene.geometry, row);
+            let (Rays { origin, dir }, _) = placed.moved(&rays);
+            let rays = Rays { origin: origin.cast(), dir: dir.cast() };
+            return in_prototype(placed.prototype, &rays, scratch);
+        }
         let surface = scene.geometry.base[usize::from(kind)] + row;
         let inverse = scene.owners[scene.geometry.owner[surface as usize] as usize].inverse;
         let inside = scene.geometry.columns.with(kind, Contains { row: row as usize, rays: &rays });
@@ -197,14 +205,53 @@ impl Enclosure {
     }
 }
 
+/// Lanes whose rays start in composite `number`.
+fn in_composite<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    number: usize,
+    rays: &Rays<f64x8>,
+    scratch: &mut Scratch,
+) -> u8 {
+    let source = Parts { scene, left: &[NO_SURFACE; LANES], part: &[0; LANES], starts: true };
+    scene.csg.surrounds(&scene.csg.composites[number], rays, &source, scratch)
+}
+
+/// Lanes whose rays start in a prototype, which is a composite or a mesh.
+fn in_prototype<S: Scalar, B: Scalar>(
+    prototype: &Geometry<S, B>,
+    rays: &Rays<f64x8>,
+    scratch: &mut Scratch,
+) -> u8 {
+    if !prototype.csg.composites.is_empty() {
+        return in_composite(prototype, 0, rays, scratch);
+    }
+    let triangles = [Kind::Triangle, Kind::SmoothTriangle].into_iter();
+    odd_of(prototype, triangles.flat_map(|kind| rows_of(prototype, kind)), rays)
+}
+
+/// Lanes whose lines meet an odd number of triangles, given by kind and row, behind their start.
+fn odd_of<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    triangles: impl Iterator<Item = (u8, u32)>,
+    rays: &Rays<f64x8>,
+) -> u8 {
+    let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
+    triangles.fold(0, |odd, (kind, row)| {
+        odd ^ scene.columns.with(kind, MetBehind { row: row as usize, rays: &rays })
+    })
+}
+
+/// All rows of a kind, with it.
+fn rows_of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, kind: Kind) -> impl Iterator<Item = (u8, u32)> {
+    (0..scene.columns.len(kind) as u32).map(move |row| (kind as u8, row))
+}
+
 impl MeshAround {
     /// Lanes whose rays start in it: they leave it once more than they enter it.
     fn contains<S: Scalar, B: Scalar>(&self, scene: &Compiled<S, B>, rays: &Rays<f64x8>) -> u8 {
-        let rays = Rays { origin: rays.origin.cast(), dir: rays.dir.cast() };
-        self.triangles.iter().fold(if self.inverse { !0 } else { 0 }, |inside, &triangle| {
-            let (kind, row) = scene.geometry.row_of(triangle);
-            inside ^ scene.geometry.columns.with(kind, MetBehind { row: row as usize, rays: &rays })
-        })
+        let triangles = self.triangles.iter().map(|&triangle| scene.geometry.row_of(triangle));
+        let odd = odd_of(&scene.geometry, triangles, rays);
+        if self.inverse { !odd } else { odd }
     }
 }
 

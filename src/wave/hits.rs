@@ -193,10 +193,8 @@ pub fn seen_from_inside<S: Scalar, B: Scalar>(
     let hits = query.hits();
     (0..LANES).filter(|k| hits >> k & 1 == 1).fold(0, |inside, k| {
         let surface = query.surface[k];
-        let inverted = match scene.geometry.part_of(surface) {
-            Some(part) => scene.geometry.csg.parts[part as usize].inverted,
-            None => scene.owners[scene.geometry.owner_of(surface) as usize].inverse,
-        };
+        let inverse = || scene.owners[scene.geometry.owner_of(surface) as usize].inverse;
+        let inverted = scene.geometry.is_inverted(surface).unwrap_or_else(inverse);
         inside | u8::from((along >> k & 1 == 1) != inverted) << k
     })
 }

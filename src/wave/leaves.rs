@@ -11,7 +11,7 @@ use crate::bvh::{Count, Packet, Run, Visit};
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, WithBlock, class};
 use crate::csg::{Scratch, Stretch};
 use crate::kernel::Block;
-use crate::lane::{LANES, Lane, Scalar, bits, each_lane};
+use crate::lane::{LANES, Lane, Scalar, bits, choose, each_lane};
 use smallvec::SmallVec;
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ use std::ops::Range;
 pub struct LeafBuffers<B: Scalar> {
     /// For composites.
     scratch: Scratch,
-    /// For meshes of instances; there if there are any.
+    /// For what stands in instances; there if there are any.
     pub inner: Option<Box<Tracer<B>>>,
 }
 
@@ -211,14 +211,26 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
                     lengths.push((k, length));
                 }
             }
-            self.count.add(inner.trace_counting::<S, C, ANY>(placed.mesh, &mut moved, !0, (&mut None, None)));
+            self.count.add(inner.trace_counting::<S, C, ANY>(
+                placed.prototype,
+                &mut moved,
+                !0,
+                (&mut None, None),
+            ));
             if !ANY {
-                sharpen(placed.mesh, &mut moved);
+                sharpen(placed.prototype, &mut moved);
             }
             for (moved, (k, length)) in moved.iter().zip(lengths) {
                 let hits = moved.hits();
-                if hits != 0 {
-                    let (query, surfaces) = (&mut self.queries[first + k], placed.surfaces(&moved.surface));
+                if hits == 0 {
+                    continue;
+                }
+                let (query, surfaces) = (&mut self.queries[first + k], placed.surfaces(&moved.surface));
+                if ANY {
+                    // (Where it is blocked is not known of all.)
+                    query.surface = choose(hits, &surfaces, &query.surface);
+                    found[k] |= hits;
+                } else {
                     found[k] |= accept(query, moved.t / length, &surfaces, hits, &self.scene.ranks);
                 }
             }
@@ -263,7 +275,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     }
 }
 
-/// What a distance may be off by that was taken to a mesh's space and back, in roundings.
+/// What a distance may be off by that was taken to an instance's space and back, in roundings.
 const TIE_ROUNDINGS: f64 = 4.0;
 
 /// Asks the memory for a row.
