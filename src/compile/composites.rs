@@ -1,6 +1,6 @@
 //! Composites taken apart: their parts in columns, and expressions over these.
 
-use super::instances::LooksOfMeshes;
+use super::looks::LooksOfMeshes;
 use super::shapes::{given_bounds, is_flat, push, push_mesh};
 use super::{Columns, Kind, Look, Tag, WithBlock, class, turn_ranks};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};

@@ -1,12 +1,14 @@
 //! One pass over the scene's tree: textures, interiors and flags handed down, transforms multiplied out.
 
 use super::composites::{Composites, Join, Stand, Turned};
-use super::instances::{
-    Instancing, LooksOfMeshes, MeshLooks, Original, PlacedPrototype, Prototype, Prototypes,
-    composite_can_be_shared, mesh_can_be_shared,
-};
+use super::instances::PlacedPrototype;
+use super::looks::{LooksOfMeshes, MeshLooks};
+use super::prototypes::{Original, Prototype, Prototypes, composite_can_be_shared, mesh_can_be_shared};
 use super::shapes::{given_bounds, is_flat, push, push_mesh};
-use super::{Body, Columns, Flat, Kind, Look, MeshBody, Objects, Owner, Tag, class, turn_ranks, turned_rank};
+use super::{
+    Body, Columns, Flat, Instancing, Kind, Look, MeshBody, Objects, Owner, Tag, class, turn_ranks,
+    turned_rank,
+};
 use crate::lane::Scalar;
 use crate::parallel;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};

@@ -13,16 +13,20 @@ mod composites;
 mod flatten;
 mod geometry;
 mod instances;
+mod looks;
 mod owner;
 mod primitives;
+mod prototypes;
 mod shapes;
 mod tag;
+mod uses;
 
 pub use columns::{Columns, Kind, WithBlock};
 pub use geometry::Geometry;
-pub use instances::{Instance, Instances, Instancing, kept_shapes};
+pub use instances::{Instance, Instances, Instancing};
 pub use owner::{Owner, class};
 pub use primitives::Primitives;
+pub use uses::kept_shapes;
 
 pub use crate::kernel::{NO_SURFACE, SurfaceId};
 
@@ -31,7 +35,8 @@ use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
 use composites::Composites;
-use instances::{PlacedPrototype, Prototype};
+use instances::PlacedPrototype;
+use prototypes::Prototype;
 use std::ops::Range;
 use tag::{Look, Tag, turn_ranks, turned_rank};
 

@@ -1,7 +1,8 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
 use super::composites::Composites;
-use super::instances::{PlacedPrototype, Prototype};
+use super::instances::PlacedPrototype;
+use super::prototypes::Prototype;
 use super::{
     COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
 };

@@ -20,17 +20,14 @@ pub struct BoxTree {
 }
 
 impl BoxTree {
-    /// Over `boxes`, adding to the blocks and places of other composites.
-    pub(super) fn over(boxes: &[Aabb], blocks: &mut Vec<BoundsBlock>, places: &mut Vec<u32>) -> Self {
-        let first_place = places.len() as u32;
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        if boxes.len() > FEW_BLOCKS * LANES {
-            let mut unit = LANES;
-            while unit * LANES < boxes.len() {
-                unit *= LANES;
-            }
-            arrange(&mut order, boxes, unit);
-        }
+    /// Over the `boxes` of parts, not all of which are closed, adding to the blocks and places of other composites.
+    pub(super) fn over(
+        boxes: &[Aabb],
+        is_closed: impl Fn(usize) -> bool,
+        (blocks, places): (&mut Vec<BoundsBlock>, &mut Vec<u32>),
+    ) -> Self {
+        let (first_place, first_block) = (places.len() as u32, blocks.len());
+        let order = order_of(boxes);
         places.extend(&order);
         let mut level: Vec<Aabb> = order.iter().map(|&part| boxes[part as usize]).collect();
         let mut levels = Vec::new();
@@ -39,12 +36,30 @@ impl BoxTree {
             blocks.extend(level.chunks(LANES).map(BoundsBlock::new));
             levels.push(first..blocks.len() as u32);
             if level.len() <= FEW_BLOCKS * LANES {
-                return Self { levels, places: first_place..places.len() as u32 };
+                break;
             }
             let around = |eight: &[Aabb]| eight.iter().fold(Aabb::EMPTY, |all, one| all.union(*one));
             level = level.chunks(LANES).map(around).collect();
         }
+        for (block, eight) in blocks[first_block..].iter_mut().zip(order.chunks(LANES)) {
+            let is_open = |k: usize| u8::from(!is_closed(eight[k] as usize)) << k;
+            block.open = (0..eight.len()).map(is_open).sum();
+        }
+        Self { levels, places: first_place..places.len() as u32 }
     }
+}
+
+/// Boxes in an order in which those of a block lie close together, if there are many.
+fn order_of(boxes: &[Aabb]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    if boxes.len() > FEW_BLOCKS * LANES {
+        let mut unit = LANES;
+        while unit * LANES < boxes.len() {
+            unit *= LANES;
+        }
+        arrange(&mut order, boxes, unit);
+    }
+    order
 }
 
 /// Puts boxes in an order in which each stretch of `unit`, of an eighth of it, and so on down to eight, lies close together: halves
@@ -86,11 +101,15 @@ mod tests {
                 .collect();
             boxes[0] = Aabb::INFINITE;
             let (mut blocks, mut places) = (Vec::new(), vec![7]);
-            let tree = BoxTree::over(&boxes, &mut blocks, &mut places);
+            let tree = BoxTree::over(&boxes, |part| part % 3 > 0, (&mut blocks, &mut places));
             let own = &places[tree.places.start as usize..tree.places.end as usize];
             let mut sorted = own.to_vec();
             sorted.sort_unstable();
             assert!(sorted.into_iter().eq(0..count as u32));
+            for (block, eight) in blocks.iter().zip(own.chunks(LANES)) {
+                let is_open = |k: usize| eight.get(k).is_some_and(|part| part % 3 == 0);
+                assert!((0..LANES).all(|k| (block.open >> k & 1 == 1) == is_open(k)));
+            }
             for pair in tree.levels.windows(2) {
                 assert_eq!(pair[1].len(), pair[0].len().div_ceil(LANES), "{count}");
             }

@@ -51,12 +51,15 @@ impl Side {
 pub struct BoundsBlock {
     min: [[f32; LANES]; 3],
     max: [[f32; LANES]; 3],
+    /// Those that are not [`Part::closed`](super::Part::closed), of parts: here, as a mesh's parts are far apart in memory.
+    pub(super) open: u8,
 }
 
 impl BoundsBlock {
     /// Of up to eight boxes; the lanes without one hold nothing.
     pub fn new(boxes: &[Aabb]) -> Self {
-        let mut block = Self { min: [[f32::INFINITY; LANES]; 3], max: [[f32::NEG_INFINITY; LANES]; 3] };
+        let (min, max) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
+        let mut block = Self { min, max, open: 0 };
         for (k, bounds) in boxes.iter().enumerate().take(LANES) {
             for axis in 0..3 {
                 block.min[axis][k] = (bounds.min[axis] as f32).next_down();
@@ -146,14 +149,20 @@ impl Span {
 /// Eight rays as bounds see them: in single precision, whatever that of the parts.
 #[derive(Debug, Clone)]
 pub struct Stretch {
+    lines: Lines,
+    /// Origin and inverse direction by axis over all rays; `None` if they go several ways.
+    group: Option<[[Interval; 2]; 3]>,
+}
+
+/// Eight lines.
+#[derive(Debug, Clone)]
+struct Lines {
     /// The starts moved up by the slack, as low corners see them, and down, as high ones do.
     up: Vec3<f32x8>,
     down: Vec3<f32x8>,
     inverse: Vec3<f32x8>,
     /// How much wider the bounds are taken.
-    pub(super) slack: f32x8,
-    /// Origin and inverse direction by axis over all rays; `None` if they go several ways.
-    group: Option<[[Interval; 2]; 3]>,
+    slack: f32x8,
 }
 
 impl Stretch {
@@ -169,7 +178,8 @@ impl Stretch {
             [0, 1, 2].map(|axis| [of(axis).widened(most[6]), of(axis + 3)])
         });
         let around = Vec3::new(slack, slack, slack);
-        Self { up: origin + around, down: origin - around, inverse, slack, group }
+        let lines = Lines { up: origin + around, down: origin - around, inverse, slack };
+        Self { lines, group }
     }
 
     /// A bit for each part of a block that some ray may meet between `from` and `to`, by one interval test for all eight
@@ -193,17 +203,82 @@ impl Stretch {
         (near - near.abs() * pad).le(far + far.abs() * pad).bits()
     }
 
+    /// How much wider the bounds are taken.
+    #[inline(always)]
+    pub(super) fn slack(&self) -> f32x8 {
+        self.lines.slack
+    }
+
     /// What a box leaves of `within`.
     #[inline(always)]
     pub(super) fn span(&self, min: [f32; 3], max: [f32; 3], within: &Span) -> Span {
-        let corner = |c: [f32; 3]| Vec3::new(f32x8::splat(c[0]), f32x8::splat(c[1]), f32x8::splat(c[2]));
-        let low = (corner(min) - self.up).mul(self.inverse);
-        let high = (corner(max) - self.down).mul(self.inverse);
+        self.lines.span([min, max].map(Vec3::broadcast), within)
+    }
+
+    /// For each of the boxes `which` of a block, the lanes of `lanes` in which it leaves something of `within`: ray by ray or box by
+    /// box, whichever are fewer.
+    #[inline(always)]
+    fn met(&self, block: &BoundsBlock, which: u8, within: &Span, lanes: u8) -> [u8; LANES] {
+        let mut met = [0; LANES];
+        if which.count_ones() <= lanes.count_ones() {
+            for k in bits(which) {
+                let (min, max) = block.corners(k);
+                met[k] = self.span(min, max, within).lanes() & lanes;
+            }
+            return met;
+        }
+        let boxes = [block.min, block.max].map(|corner| {
+            let [x, y, z] = corner.map(f32x8::from_array);
+            Vec3::new(x, y, z)
+        });
+        for lane in bits(lanes) {
+            let within = Span { enter: of_lane(within.enter, lane), leave: of_lane(within.leave, lane) };
+            met[lane] = self.lines.of_lane(lane).span(boxes, &within).lanes() & which;
+        }
+        transposed(met)
+    }
+}
+
+impl Lines {
+    /// What boxes leave of `within`: all lines, each against the box in its lane.
+    #[inline(always)]
+    fn span(&self, [min, max]: [Vec3<f32x8>; 2], within: &Span) -> Span {
+        let low = (min - self.up).mul(self.inverse);
+        let high = (max - self.down).mul(self.inverse);
         let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z)).max(within.enter);
         let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z)).min(within.leave);
         let pad = f32x8::lit(DISTANCE_PAD);
         Span { enter: near - near.abs() * pad, leave: far + (far.abs() * pad + self.slack) }
     }
+
+    /// One line in all lanes.
+    #[inline(always)]
+    fn of_lane(&self, lane: usize) -> Self {
+        let of = |v: Vec3<f32x8>| Vec3::new(of_lane(v.x, lane), of_lane(v.y, lane), of_lane(v.z, lane));
+        Self {
+            up: of(self.up),
+            down: of(self.down),
+            inverse: of(self.inverse),
+            slack: of_lane(self.slack, lane),
+        }
+    }
+}
+
+/// One lane in all.
+#[inline(always)]
+fn of_lane(x: f32x8, lane: usize) -> f32x8 {
+    f32x8::splat(x.lanes()[lane & (LANES - 1)])
+}
+
+/// Eight rows of eight bits, as columns (Warren 2012, Hacker's Delight, section 7-3).
+#[inline(always)]
+fn transposed(rows: [u8; LANES]) -> [u8; LANES] {
+    let mut x = u64::from_le_bytes(rows);
+    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0xf0f0_f0f0)] {
+        let swap = (x ^ x >> shift) & mask;
+        x ^= swap ^ swap << shift;
+    }
+    x.to_le_bytes()
 }
 
 /// A part that rays may meet.
@@ -286,44 +361,45 @@ impl CsgTree {
         }
         let Composite { parts, boxes: BoxTree { levels, places: order }, .. } = composite;
         let order = slice(&self.bounds_order, order);
-        // From the coarsest blocks down.
-        let mut waiting = SmallVec::<[(usize, u32); DEEPEST]>::new();
-        waiting.extend(
-            levels
-                .last()
-                .into_iter()
-                .flat_map(|coarsest| (0..coarsest.len() as u32).rev().map(|block| (levels.len() - 1, block))),
-        );
-        while let Some((level, number)) = waiting.pop() {
+        // From the coarsest blocks down, each with the lanes that meet the box around it.
+        let mut waiting = SmallVec::<[(usize, u32, u8); DEEPEST]>::new();
+        if let Some(coarsest) = levels.last() {
+            waiting.extend((0..coarsest.len() as u32).rev().map(|block| (levels.len() - 1, block, lanes)));
+        }
+        while let Some((level, number, lanes)) = waiting.pop() {
             let block = &self.bounds[(levels[level].start + number) as usize];
             // Where the group test says yes, ray by ray.
             let met = if few { !0 } else { stretch.may_meet_block(block, least, most) };
             let first = number as usize * LANES;
-            for k in bits(met) {
-                let (min, max) = block.corners(k);
-                if level > 0 {
-                    let from = if composite.closed { within } else { &from_behind };
-                    let is_there = first + k < levels[level - 1].len();
-                    if is_there && stretch.span(min, max, from).lanes() & lanes != 0 {
-                        waiting.push((level - 1, (first + k) as u32));
+            if level > 0 {
+                let from = if composite.closed { within } else { &from_behind };
+                let by_box = stretch.met(block, met, from, lanes);
+                for k in bits(met) {
+                    if by_box[k] != 0 && first + k < levels[level - 1].len() {
+                        waiting.push((level - 1, (first + k) as u32, by_box[k]));
                     }
-                    continue;
                 }
+                continue;
+            }
+            // Of what is not closed, all that is to be known is whether it is met.
+            let by_box =
+                if composite.closed { [lanes; LANES] } else { stretch.met(block, met, &from_behind, lanes) };
+            for k in bits(met) {
                 let Some(&part) = order.get(first + k) else { break };
                 let place = &mut places[part as usize];
-                if *place != NOT_NEAR {
-                    continue; // It is known.
+                if by_box[k] == 0 || *place != NOT_NEAR {
+                    continue; // It is not there, or known.
                 }
-                let number = parts.start + part;
-                let closed = self.parts[number as usize].closed;
-                let mut span = stretch.span(min, max, if closed { within } else { &from_behind });
-                if span.lanes() & lanes != 0 {
-                    if !closed {
-                        span = Span { enter: from_behind.enter, leave: Span::all().leave };
+                let mut span = Span::all();
+                if block.open >> k & 1 == 0 {
+                    let (min, max) = block.corners(k);
+                    span = stretch.span(min, max, within);
+                    if span.lanes() & lanes == 0 {
+                        continue;
                     }
-                    *place = near.len() as u32;
-                    near.push(Near::new(number, span));
                 }
+                *place = near.len() as u32;
+                near.push(Near::new(parts.start + part, span));
             }
         }
     }
@@ -362,7 +438,8 @@ impl CsgTree {
         let parts = first_part..self.parts.len() as u32;
         let nodes = first_node..self.nodes.len() as u32;
         let boxes: Vec<Aabb> = self.parts[first_part as usize..].iter().map(|part| part.bounds).collect();
-        let boxes = BoxTree::over(&boxes, &mut self.bounds, &mut self.bounds_order);
+        let is_closed = |part: usize| self.parts[first_part as usize + part].closed;
+        let boxes = BoxTree::over(&boxes, is_closed, (&mut self.bounds, &mut self.bounds_order));
         for number in nodes.clone() {
             let node = &self.nodes[number as usize];
             let side = self.side(node, &self.outside[first_node as usize..], first_node);
@@ -449,4 +526,51 @@ fn fold(sides: impl Iterator<Item = Side>, decides: Side, neutral: Side) -> Side
 /// The largest magnitude of a component, lane by lane.
 pub(super) fn max_abs(v: Vec3<f64x8>) -> f64x8 {
     v.abs().max_element()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use glam::DVec3;
+
+    #[test]
+    fn rows_of_bits_become_columns() {
+        let rows = [0x01, 0x80, 0xff, 0x00, 0x5a, 0x10, 0x03, 0xc4];
+        let columns = transposed(rows);
+        for (i, row) in rows.iter().enumerate() {
+            for (k, column) in columns.iter().enumerate() {
+                assert_eq!(row >> k & 1, column >> i & 1, "{i} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_are_met_ray_by_ray_as_one_by_one() {
+        let mut numbers = Random::new(5);
+        let mut vector = |scale: f64| numbers.vector(1.0) * scale;
+        for _ in 0..200 {
+            let boxes: [Aabb; LANES] = std::array::from_fn(|_| {
+                let (at, half) = (vector(4.0), vector(2.0).abs());
+                Aabb { min: at - half, max: at + half }
+            });
+            let lines: [(DVec3, DVec3); LANES] =
+                std::array::from_fn(|_| (vector(6.0), vector(1.0).normalize()));
+            let of = |v: [DVec3; LANES]| {
+                let [x, y, z] = [0, 1, 2].map(|axis| f64x8::from_array(v.map(|v| v[axis])));
+                Vec3::new(x, y, z)
+            };
+            let rays = Rays { origin: of(lines.map(|line| line.0)), dir: of(lines.map(|line| line.1)) };
+            let (stretch, block) = (Stretch::new(&rays, !0), BoundsBlock::new(&boxes));
+            let within = Span::up_to(f64x8::lit(9.0));
+            for lanes in [0b1, 0b1000_0100, !0] {
+                let which = 0b1011_0110;
+                for (k, met) in stretch.met(&block, which, &within, lanes).into_iter().enumerate() {
+                    let (min, max) = block.corners(k);
+                    let alone = stretch.span(min, max, &within).lanes() & lanes;
+                    assert_eq!(met, if which >> k & 1 == 1 { alone } else { 0 });
+                }
+            }
+        }
+    }
 }

@@ -195,7 +195,7 @@ impl CsgTree {
         // What the whole lies within is crossed first: most rays that miss the whole miss that.
         for &number in slice(&self.required, &composite.required) {
             let behind;
-            (within, behind) = along.narrowed(number, &within, t_min, stretch.slack);
+            (within, behind) = along.narrowed(number, &within, t_min, stretch.slack());
             lanes &= within.lanes() & !behind;
             if lanes == 0 {
                 return None;

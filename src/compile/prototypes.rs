@@ -1,0 +1,220 @@
+//! Of what a scene keeps one for all places, as far as looks and numbers allow.
+
+use super::Instancing;
+use super::composites::Extents;
+use super::looks::LooksOfMeshes;
+use super::uses::{MOST_SURFACES, Uses};
+use crate::kernel::Aabb;
+use crate::scene::{CsgOp, Flags, Mesh, Object, Scene, Shape, Texture, Transform};
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// What of a scene is shared.
+#[derive(Debug, Default)]
+pub(super) struct Prototypes {
+    pub all: Vec<Prototype>,
+    /// By [`Original::address`].
+    number: FxHashMap<usize, u32>,
+    /// Surfaces that have been given numbers.
+    surfaces: u64,
+}
+
+/// What stands in several places and is kept once.
+#[derive(Debug)]
+pub(super) struct Prototype {
+    pub original: Original,
+    /// How many looks it has: those of its parts, or of a mesh's triangles.
+    pub looks: u32,
+    /// Ranks that its surfaces take, one each at least.
+    pub ranks: u32,
+    /// Together around all its surfaces, in its own space.
+    boxes: Vec<Aabb>,
+}
+
+/// Of what there are several.
+#[derive(Debug, Clone)]
+pub(super) enum Original {
+    Mesh(Arc<Mesh>),
+    /// Of which only the shape is meant: places and looks differ.
+    Composite(Arc<Object>),
+}
+
+impl Original {
+    /// Where it is looked up: the address of a mesh, or of a composite's first child.
+    pub fn address(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => address(mesh),
+            Self::Composite(object) => first_child(object).map_or(0, address),
+        }
+    }
+
+    /// True if a mesh is this one.
+    pub fn is_mesh(&self, mesh: &Arc<Mesh>) -> bool {
+        matches!(self, Self::Mesh(original) if Arc::ptr_eq(original, mesh))
+    }
+
+    /// True if a composite is made of the same parts in the same way.
+    pub fn is_shape_of(&self, object: &Object) -> bool {
+        let Self::Composite(original) = self else { return false };
+        match (&original.shape, &object.shape) {
+            (Shape::Csg { op, children, .. }, Shape::Csg { op: other, children: others, .. }) => {
+                let same = |(a, b)| Arc::ptr_eq(a, b);
+                op == other && children.len() == others.len() && children.iter().zip(others).all(same)
+            }
+            _ => false,
+        }
+    }
+}
+
+fn first_child(object: &Object) -> Option<&Arc<Object>> {
+    if let Shape::Csg { children, .. } = &object.shape { children.first() } else { None }
+}
+
+/// What tells meshes and objects apart.
+pub(super) fn address<T>(of: &Arc<T>) -> usize {
+    Arc::as_ptr(of) as usize
+}
+
+impl Prototypes {
+    /// Those of `scene`.
+    pub fn of(scene: &Scene, instancing: Instancing, meshes: &mut LooksOfMeshes) -> Self {
+        if instancing == Instancing::Never {
+            return Self::default();
+        }
+        let always = instancing == Instancing::Always;
+        let mut prototypes = Self::default();
+        for used in Uses::of(scene, u64::MAX).all {
+            if used.places < 2 || used.size.shapes == 0 || !(always || used.is_worth_sharing()) {
+                continue;
+            }
+            let prototype = Prototype::of(used.original, meshes);
+            if prototype.boxes.iter().all(Aabb::is_finite) {
+                prototypes.number.insert(prototype.original.address(), prototypes.all.len() as u32);
+                prototypes.all.push(prototype);
+            }
+        }
+        prototypes
+    }
+
+    /// The number of a mesh, if it is shared.
+    pub fn mesh(&self, mesh: &Arc<Mesh>) -> Option<u32> {
+        let number = *self.number.get(&address(mesh))?;
+        self.all[number as usize].original.is_mesh(mesh).then_some(number)
+    }
+
+    /// That of a composite's shape.
+    pub fn composite(&self, object: &Object) -> Option<u32> {
+        let number = *self.number.get(&address(first_child(object)?))?;
+        self.all[number as usize].original.is_shape_of(object).then_some(number)
+    }
+
+    /// A box around a prototype in its `place`, and the ranks that its surfaces take; they are given numbers, if there are any left.
+    pub fn place(&mut self, number: u32, place: &Transform) -> Option<(Aabb, u32)> {
+        let Prototype { ranks, boxes, .. } = &self.all[number as usize];
+        let surfaces = self.surfaces + u64::from(*ranks);
+        if surfaces > MOST_SURFACES {
+            return None;
+        }
+        self.surfaces = surfaces;
+        let corners = boxes.iter().flat_map(Aabb::corners);
+        let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
+        // (What is moved beyond all measure is asked by every ray, and met by none.)
+        Some((if bounds.is_finite() { bounds } else { Aabb::INFINITE }, *ranks))
+    }
+}
+
+impl Prototype {
+    /// Around all its surfaces, in its own space.
+    pub fn bounds(&self) -> Aabb {
+        self.boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(*one))
+    }
+
+    fn of(original: Original, meshes: &mut LooksOfMeshes) -> Self {
+        match &original {
+            Original::Mesh(mesh) => {
+                let (looks, ranks) = (meshes.of(mesh).count() as u32, mesh.triangles.len() as u32);
+                let boxes = boxes_about(mesh.vertices.iter().map(|&at| Aabb { min: at, max: at }));
+                Self { original, looks, ranks, boxes }
+            }
+            Original::Composite(object) => {
+                let looks = count_looks(object, meshes);
+                let Extents { bounds, parts, ranks } = Extents::of(object, looks, meshes);
+                let boxes = match bounds.is_finite() {
+                    true => boxes_about(parts.iter().filter(|part| !part.is_empty()).copied()),
+                    false => vec![bounds],
+                };
+                Self { original, looks: looks as u32, ranks, boxes }
+            }
+        }
+    }
+}
+
+/// How many looks the parts of `object` have.
+fn count_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
+    let mut count = 0;
+    let own = match &object.shape {
+        Shape::Mesh(mesh) => meshes.of(mesh).count(),
+        Shape::Csg { children, .. } => {
+            count += children.iter().map(|child| count_looks(child, meshes)).sum::<usize>();
+            0
+        }
+        _ => 1,
+    };
+    count + own
+}
+
+/// True if a mesh with its object's `texture` can be shared where it stands by itself.
+///
+/// It stops all light, or rays would have to be told which surfaces of a place they have gone through; an eye in it is asked for where
+/// it is, which is no place that ends if it is a solid and `inverse`; and it has a look.
+pub(super) fn mesh_can_be_shared(mesh: &Mesh, texture: Option<&Texture>, inverse: bool) -> bool {
+    let is_endless = inverse && mesh.inside_vector.is_some();
+    texture.is_some() && mesh.blocks_light(texture) && !is_endless
+}
+
+/// True if a composite can be shared where it stands by itself with the `textures` of its outside and inside: if all of it has a look,
+/// stops all light and is seen by the same rays, and what cuts it is moved as its parts are.
+pub(super) fn composite_can_be_shared(object: &Object, textures: [Option<&Texture>; 2]) -> bool {
+    let is_composite = matches!(&object.shape, Shape::Csg { op, .. } if *op != CsgOp::Union);
+    is_composite
+        && object.clipped_by().is_empty()
+        && !object.flags.is_turned()
+        && parts_can_be_shared(object, textures)
+}
+
+fn parts_can_be_shared(object: &Object, textures: [Option<&Texture>; 2]) -> bool {
+    let [texture, inside] = textures;
+    match &object.shape {
+        Shape::Csg { children, .. } => children.iter().all(|child| {
+            let Flags { no_shadow, no_image, no_reflection, .. } = child.flags;
+            let texture = child.texture.as_deref().or(texture);
+            let inside = child.interior_texture().map(Arc::as_ref).or(inside);
+            !no_shadow && !no_image && !no_reflection && parts_can_be_shared(child, [texture, inside])
+        }),
+        Shape::Mesh(mesh) => texture.is_some() && mesh.blocks_light(texture),
+        // A triangle by itself has another front where it is mirrored.
+        Shape::Triangle { .. } | Shape::Other(_) => false,
+        _ => texture.is_some_and(Texture::is_opaque) && inside.is_none_or(Texture::is_opaque),
+    }
+}
+
+/// What corners are off by that were moved, as a share of the box around them.
+const BOUNDS_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+
+/// The cells along each axis by which surfaces are boxed.
+const CELLS: usize = 4;
+
+/// Boxes that together hold all `surfaces`: moved one by one they are closer around what has been moved than the box of the whole would be.
+fn boxes_about(surfaces: impl Iterator<Item = Aabb> + Clone) -> Vec<Aabb> {
+    let whole = surfaces.clone().fold(Aabb::EMPTY, Aabb::union);
+    let scale = CELLS as f64 / (whole.max - whole.min);
+    let cell = |x: f64| (x as usize).min(CELLS - 1); // (NaN, of a flat mesh, is 0.)
+    let mut boxes = vec![Aabb::EMPTY; CELLS * CELLS * CELLS];
+    for surface in surfaces {
+        let [x, y, z] = ((surface.center() - whole.min) * scale).to_array().map(cell);
+        let around = &mut boxes[(x * CELLS + y) * CELLS + z];
+        *around = around.union(surface);
+    }
+    boxes.retain(|around| !around.is_empty());
+    boxes
+}
