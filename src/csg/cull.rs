@@ -4,7 +4,7 @@ use super::long::{LONG, LongList};
 use super::parts::Many;
 use super::{BoxTree, Composite, CsgNode, CsgTree, NodeKind, Surroundings, slice};
 use crate::kernel::{Aabb, Rays};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, highest};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, highest, prefetch};
 use smallvec::SmallVec;
 use std::ops::Range;
 
@@ -400,6 +400,7 @@ impl CsgTree {
                 }
                 *place = near.len() as u32;
                 near.push(Near::new(parts.start + part, span));
+                prefetch(&self.parts[(parts.start + part) as usize]);
             }
         }
     }

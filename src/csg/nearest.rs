@@ -9,6 +9,9 @@ use super::{Composite, CsgTree, Plan, slice};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 
+/// So many parts before it is asked, a part is fetched.
+const AHEAD: usize = 4;
+
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
     /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once. `stretch` is
@@ -68,6 +71,9 @@ impl CsgTree {
         let mut changed = 0;
         let mut reach = f32x8::from_f64s(best.t);
         for k in 0..along.scratch.order.len() {
+            if let Some(&(_, ahead)) = along.scratch.order.get(k + AHEAD) {
+                source.prefetch(along.scratch.near[ahead as usize].number);
+            }
             let place = along.scratch.order[k].1 as usize;
             let Near { number, span, .. } = along.scratch.near[place];
             let (enter, leave) = (span.enter.max(within.enter), span.leave.min(within.leave));

@@ -14,6 +14,8 @@ pub trait PartRoots {
     fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8);
     /// The surface crossings only.
     fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>);
+    /// Asks the memory for a part that will soon be asked.
+    fn prefetch(&self, part: u32);
     /// True if some of the rays start on a part.
     fn starts(&self) -> bool;
     /// The lanes that start on a part.

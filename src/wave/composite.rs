@@ -1,6 +1,7 @@
 //! Composites against packets: the crossings of their parts come from the parts' columns.
 
 use super::query::Query;
+use super::rows::Prefetch;
 use crate::bvh::Run;
 use crate::compile::{Geometry, SurfaceId, WithBlock};
 use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
@@ -98,6 +99,12 @@ impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     #[inline]
     fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) {
         self.ask(part, rays, out, false);
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, part: u32) {
+        let Part { kind, row, .. } = self.scene.csg.parts[part as usize];
+        self.scene.parts.with(kind, Prefetch(row as usize));
     }
 
     #[inline(always)]

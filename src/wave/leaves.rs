@@ -4,13 +4,12 @@ use super::composite::composites;
 use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
 use super::query::{GROUP, Query};
-use super::rows::{Lone, Rows, TestAcross, TestPackets, TestRun, Views, accept};
+use super::rows::{Lone, Prefetch, Rows, TestAcross, TestPackets, TestRun, Views, accept};
 use super::sharpen::sharpen;
 use super::trace::Tracer;
 use crate::bvh::{Count, Packet, Run, Visit};
-use crate::compile::{COMPOSITE, Geometry, INSTANCE, WithBlock, class};
+use crate::compile::{COMPOSITE, Geometry, INSTANCE, class};
 use crate::csg::{Scratch, Stretch};
-use crate::kernel::Block;
 use crate::lane::{LANES, Lane, Scalar, bits, choose, each_lane};
 use smallvec::SmallVec;
 use std::ops::Range;
@@ -277,17 +276,6 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
 
 /// What a distance may be off by that was taken to an instance's space and back, in roundings.
 const TIE_ROUNDINGS: f64 = 4.0;
-
-/// Asks the memory for a row.
-struct Prefetch(usize);
-
-impl<S: Scalar> WithBlock<S> for Prefetch {
-    type Output = ();
-    #[inline(always)]
-    fn block<K: Block<S>>(self, block: &K) {
-        block.prefetch(self.0);
-    }
-}
 
 /// The rows of a run.
 #[inline(always)]

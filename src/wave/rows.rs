@@ -271,6 +271,17 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
     }
 }
 
+/// Asks the memory for a row.
+pub struct Prefetch(pub usize);
+
+impl<S: Scalar> WithBlock<S> for Prefetch {
+    type Output = ();
+    #[inline(always)]
+    fn block<K: Block<S>>(self, block: &K) {
+        block.prefetch(self.0);
+    }
+}
+
 /// Takes the crossing at `t` (NaN for none: nothing is nearer than a miss, whatever the limit) where it is nearer than what is
 /// known.
 #[inline(always)]
