@@ -53,6 +53,10 @@ const BEGIN: &str = "#version 3.7;
         plane { y, 0.3 pigment { color rgb 0.8 } }
         union { box { -2, <2, 2, 0.5> } cylinder { -2*y, 2*y, 0.6 } }
     }
+    #declare Late = intersection {
+        sphere { 0, 1 clipped_by { plane { y, 0.4 } } pigment { color rgb <0.3, 0.7, 0.3> } }
+        object { Hat translate -0.4*y } plane { -y, 0.9 pigment { color rgb <0.6, 0.3, 0.7> } }
+    }
     #declare Red = pigment { color rgb <0.9, 0.2, 0.1> };
     #declare Blue = pigment { color rgb <0.1, 0.3, 0.9> };
     #declare Chess = pigment { checker color rgb <0.9, 0.9, 0.7> color rgb <0.2, 0.3, 0.6> scale 0.3 };
@@ -118,6 +122,8 @@ const SCENES: &[(usize, &str)] = &[
         object { Cut no_shadow translate <-1.6, 0, -2> } object { Cut no_image translate <0, 0, -2> }
         object { Cut no_reflection translate <1.6, 0, -2> }",
     ),
+    // Parts that are clipped, before a mesh with textures of its own.
+    (2, "object { Late pigment { Red } translate <-1.2, 0.8, 0> } object { Late pigment { Blue } rotate 40*x translate <1.2, 0.8, 0> }"),
     // Seen from inside, lit from both sides, mirrors; rays that leave them and meet them again.
     (
         4,
@@ -251,6 +257,24 @@ fn extreme_places_are_told() {
         let text = format!("object {{ Cap }} object {{ Cap scale <1, {scale}, 1> }}");
         let primitives = Primitives::<f32>::with(&scene(&text), Instancing::Always);
         assert_eq!(primitives.have_extreme_places(), is_extreme, "{scale}");
+    }
+}
+
+/// Composites of composites of composites are not walked to their ends before they are refused, and what has no end is not kept once
+/// and so is counted in each place.
+#[test]
+fn what_is_too_large_is_told_at_once() {
+    const LIMIT: u64 = 20_000_000;
+    let twice = "#declare A = merge { object { A } object { A translate x } }\n".repeat(60);
+    let endless = "#declare A = difference { plane { y, 0 } mesh { #declare I = 0; #while (I < 2000)
+        triangle { I*x, I*x + y, I*x + z } #declare I = I + 1; #end } }\n"
+        .to_string()
+        + &"#declare A = union { object { A } object { A translate x } }\n".repeat(14);
+    for text in [
+        format!("#declare A = sphere {{ 0, 1 }} {twice} object {{ A pigment {{ Red }} }}"),
+        endless + "object { A pigment { Red } }",
+    ] {
+        assert!(kept_shapes(&scene(&text), LIMIT) > LIMIT);
     }
 }
 

@@ -427,7 +427,7 @@ impl<S: Scalar> Pass<S> {
         let texture = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
         let inside = handed.interior_texture.as_ref().map(|(texture, _)| texture.as_ref());
         let Some(number) = self.prototypes.composite(object) else { return false };
-        composite_can_be_shared(object, [texture, inside])
+        composite_can_be_shared(object, [texture, inside], u64::MAX)
             && self.placed(number, handed, (looks, Some(interior)))
     }
 

@@ -149,18 +149,16 @@ impl Prototype {
     }
 }
 
-/// How many looks the parts of `object` have.
+/// How many looks the parts of `object` have, without what clips it.
 fn count_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
-    let mut count = 0;
-    let own = match &object.shape {
+    match &object.shape {
         Shape::Mesh(mesh) => meshes.of(mesh).count(),
         Shape::Csg { children, .. } => {
-            count += children.iter().map(|child| count_looks(child, meshes)).sum::<usize>();
-            0
+            let parts = children.iter().flat_map(|child| child.clipped_by().iter().chain([child]));
+            parts.map(|part| count_looks(part, meshes)).sum()
         }
         _ => 1,
-    };
-    count + own
+    }
 }
 
 /// True if a mesh with its object's `texture` can be shared where it stands by itself.
@@ -173,23 +171,27 @@ pub(super) fn mesh_can_be_shared(mesh: &Mesh, texture: Option<&Texture>, inverse
 }
 
 /// True if a composite can be shared where it stands by itself with the `textures` of its outside and inside: if all of it has a look,
-/// stops all light and is seen by the same rays, and what cuts it is moved as its parts are.
-pub(super) fn composite_can_be_shared(object: &Object, textures: [Option<&Texture>; 2]) -> bool {
+/// stops all light and is seen by the same rays, what cuts it is moved as its parts are, and it ends somewhere. Of one of more nodes
+/// than `most` nothing is said.
+pub(super) fn composite_can_be_shared(object: &Object, textures: [Option<&Texture>; 2], most: u64) -> bool {
     let is_composite = matches!(&object.shape, Shape::Csg { op, .. } if *op != CsgOp::Union);
     is_composite
         && object.clipped_by().is_empty()
         && !object.flags.is_turned()
-        && parts_can_be_shared(object, textures)
+        && parts_can_be_shared(object, textures, &mut { most })
+        && !object.is_endless()
 }
 
-fn parts_can_be_shared(object: &Object, textures: [Option<&Texture>; 2]) -> bool {
-    let [texture, inside] = textures;
+/// The same of its parts, of which no more are asked than are `left`.
+fn parts_can_be_shared(object: &Object, [texture, inside]: [Option<&Texture>; 2], left: &mut u64) -> bool {
+    let Some(fewer) = left.checked_sub(1) else { return false };
+    *left = fewer;
     match &object.shape {
         Shape::Csg { children, .. } => children.iter().all(|child| {
             let Flags { no_shadow, no_image, no_reflection, .. } = child.flags;
             let texture = child.texture.as_deref().or(texture);
             let inside = child.interior_texture().map(Arc::as_ref).or(inside);
-            !no_shadow && !no_image && !no_reflection && parts_can_be_shared(child, [texture, inside])
+            !no_shadow && !no_image && !no_reflection && parts_can_be_shared(child, [texture, inside], left)
         }),
         Shape::Mesh(mesh) => texture.is_some() && mesh.blocks_light(texture),
         // A triangle by itself has another front where it is mirrored.

@@ -112,7 +112,7 @@ impl Uses {
             Shape::Mesh(mesh) if !cut && mesh_can_be_shared(mesh, texture, object.flags.inverse) => {
                 self.place(Original::Mesh(mesh.clone()), object, |original| original.is_mesh(mesh));
             }
-            Shape::Csg { .. } if !cut && composite_can_be_shared(object, [texture, inside]) => {
+            Shape::Csg { .. } if !cut && composite_can_be_shared(object, [texture, inside], self.most) => {
                 let original = Original::Composite(object.clone());
                 self.place(original, object, |original| original.is_shape_of(object));
             }
