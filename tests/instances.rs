@@ -54,7 +54,7 @@ const BEGIN: &str = "#version 3.7;
         union { box { -2, <2, 2, 0.5> } cylinder { -2*y, 2*y, 0.6 } }
     }
     #declare Late = intersection {
-        sphere { 0, 1 clipped_by { plane { y, 0.4 } } pigment { color rgb <0.3, 0.7, 0.3> } }
+        sphere { 0, 1 clipped_by { plane { y, 0.4 clipped_by { box { -2, 2 } } } } pigment { color rgb <0.3, 0.7, 0.3> } }
         object { Hat translate -0.4*y } plane { -y, 0.9 pigment { color rgb <0.6, 0.3, 0.7> } }
     }
     #declare Red = pigment { color rgb <0.9, 0.2, 0.1> };
@@ -132,7 +132,7 @@ const SCENES: &[(usize, &str)] = &[
         object { Bowl pigment { Red } double_illuminate scale 0.7 translate <0, 0.4, -2> }
         object { Bowl pigment { Red } finish { reflection 0.8 ambient 0 } scale 1.2 translate <0, 0.8, 2> }",
     ),
-    // Not kept: what lets light through, what has no look where it is cut, what is clipped, turned, without end, or hidden in part.
+    // Not kept: what is nowhere, what lets light through, what has no look where it is cut, what is clipped, turned, without end, or hidden in part.
     (
         2,
         "object { Bowl texture { Glass } translate <-2, 0.6, -1> } object { Bowl pigment { Red } translate <-2, 0.6, 1> }
@@ -142,6 +142,7 @@ const SCENES: &[(usize, &str)] = &[
         #declare Hole = difference { plane { y, -0.3 } object { Solid } pigment { Blue } } object { Hole } object { Hole translate -0.1*y }
         #declare Odd = merge { object { Solid no_image } sphere { y, 0.4 } pigment { Red } }
         object { Odd translate <2, 0, -1> } object { Odd translate <3, 0, -1> }
+        #declare None = intersection { object { Solid } sphere { 9, 1 } pigment { Blue } } object { None } object { None translate y }
         #declare Bare = difference { object { Solid pigment { Red } } sphere { <0, 0.3, -0.6>, 0.4 } cutaway_textures }
         object { Bare translate <-3, 0, -1> } object { Bare translate <-3, 0, -2> }",
     ),

@@ -435,6 +435,7 @@ impl<S: Scalar> Pass<S> {
     fn placed(&mut self, number: u32, handed: &Handed, (looks, interior): (&[Look], Option<u32>)) -> bool {
         let place = handed.place.then(&self.to_compiled);
         let Some((bounds, ranks)) = self.prototypes.place(number, &place) else { return false };
+        debug_assert_eq!(looks.len(), self.prototypes.all[number as usize].looks as usize);
         let owners = looks.iter().map(|look| look.owner).collect();
         let tag = looks[0].ranked(self.rank + 1);
         self.rank += ranks;

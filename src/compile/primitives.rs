@@ -210,6 +210,9 @@ fn gather<S: Scalar>(flat: &Flat<S>, whole: Aabb) -> (Items, Vec<Vec<u32>>, bool
         }
     }
     for (number, one) in placed.iter().enumerate() {
+        if one.bounds.is_empty() {
+            continue;
+        }
         let bounds = bounds_in(whole, one.bounds);
         if bounds.is_finite() {
             let (class, index) = (one.tag.class, number as u32);

@@ -116,6 +116,9 @@ impl Prototypes {
             return None;
         }
         self.surfaces = surfaces;
+        if boxes.is_empty() {
+            return Some((Aabb::EMPTY, *ranks)); // Its parts nowhere meet.
+        }
         let corners = boxes.iter().flat_map(Aabb::corners);
         let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
         // (What is moved beyond all measure is asked by every ray, and met by none.)
@@ -153,12 +156,15 @@ impl Prototype {
 fn count_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
     match &object.shape {
         Shape::Mesh(mesh) => meshes.of(mesh).count(),
-        Shape::Csg { children, .. } => {
-            let parts = children.iter().flat_map(|child| child.clipped_by().iter().chain([child]));
-            parts.map(|part| count_looks(part, meshes)).sum()
-        }
+        Shape::Csg { children, .. } => children.iter().map(|child| count_clipped_looks(child, meshes)).sum(),
         _ => 1,
     }
+}
+
+/// The same with those of what clips it.
+fn count_clipped_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
+    let clips = object.clipped_by().iter().map(|clip| count_clipped_looks(clip, meshes)).sum::<usize>();
+    clips + count_looks(object, meshes)
 }
 
 /// True if a mesh with its object's `texture` can be shared where it stands by itself.

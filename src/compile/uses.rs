@@ -57,7 +57,7 @@ pub(super) struct Size {
 }
 
 impl Size {
-    /// That of `object`, without what clips it; more than `most` is not counted.
+    /// That of `object`; more than `most` is not counted.
     fn of(object: &Object, most: u64) -> Self {
         let mut size = Self::default();
         size.add(object, most);
@@ -68,15 +68,14 @@ impl Size {
         if self.shapes > most {
             return;
         }
+        object.clipped_by().iter().for_each(|clip| self.add(clip, most));
         self.nodes += 1;
         match &object.shape {
             Shape::Mesh(mesh) => self.shapes += mesh.triangles.len() as u64,
             shape => {
                 self.shapes += 1;
                 if let Shape::Csg { children, .. } = shape {
-                    for part in children.iter().flat_map(|child| child.clipped_by().iter().chain([child])) {
-                        self.add(part, most);
-                    }
+                    children.iter().for_each(|child| self.add(child, most));
                 }
             }
         }
