@@ -3,7 +3,8 @@
 use super::composites::{Composites, Join, Stand, Turned};
 use super::instances::PlacedPrototype;
 use super::looks::{LooksOfMeshes, MeshLooks};
-use super::prototypes::{Original, Prototype, Prototypes, composite_can_be_shared, mesh_can_be_shared};
+use super::original::{Original, composite_can_be_shared, mesh_can_be_shared};
+use super::prototypes::{Prototype, Prototypes};
 use super::shapes::{given_bounds, is_flat, push, push_mesh};
 use super::{
     Body, Columns, Flat, Instancing, Kind, Look, MeshBody, Objects, Owner, Tag, class, turn_ranks,

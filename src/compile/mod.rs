@@ -14,6 +14,7 @@ mod flatten;
 mod geometry;
 mod instances;
 mod looks;
+mod original;
 mod owner;
 mod primitives;
 mod prototypes;

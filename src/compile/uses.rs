@@ -1,6 +1,6 @@
 //! What could be kept once of a scene, how large it is, and in how many places it stands.
 
-use super::prototypes::{Original, composite_can_be_shared, mesh_can_be_shared};
+use super::original::{Original, composite_can_be_shared, mesh_can_be_shared};
 use crate::scene::{CsgOp, Object, Scene, Shape, Texture};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
