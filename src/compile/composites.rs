@@ -44,7 +44,9 @@ pub(super) struct Extents {
     pub bounds: Aabb,
     /// Around those of each part.
     pub parts: Vec<Aabb>,
-    /// Ranks that its surfaces take.
+    /// Looks that its parts have,
+    pub looks: u32,
+    /// and ranks that its surfaces take.
     pub ranks: u32,
 }
 
@@ -105,17 +107,12 @@ impl Composites {
     ) {
         let before = *rank;
         let (first, first_node) = (self.csg.parts.len() as u32, self.csg.nodes.len() as u32);
-        let mut apart = Apart {
-            all: self,
-            to_compiled: stand.to_compiled,
-            looks: looks.iter(),
-            meshes,
-            tags: Vec::new(),
-            rank,
-        };
+        let mut apart =
+            Apart { all: self, to_compiled: stand.to_compiled, looks: 0, meshes, tags: Vec::new(), rank };
         let whole = apart.unclipped(object, stand.place, Turned::default());
         let (root, bounds) = apart.clipped(whole, object, stand.above);
-        let mut tags = apart.tags;
+        let look = |tag: &Tag| looks[tag.owner as usize].ranked(tag.rank);
+        let mut tags: Vec<Tag> = apart.tags.iter().map(look).collect();
         // An eye is in what is in its own box, which what clips it makes smaller only if it has no end; then what clips it is
         // not asked (measured in POV-Ray 3.7).
         let (around, around_bounds) = if object.is_endless() { (root, bounds) } else { whole };
@@ -188,21 +185,21 @@ impl Composites {
 }
 
 impl Extents {
-    /// Those of `object` in its own space, without what clips it. Its parts have so many looks.
-    pub fn of(object: &Object, looks: usize, meshes: &mut LooksOfMeshes) -> Self {
+    /// Those of `object` in its own space, without what clips it.
+    pub fn of(object: &Object, meshes: &mut LooksOfMeshes) -> Self {
         let (mut all, mut ranks) = (Composites::default(), 0);
-        let looks = vec![Look::default(); looks];
         let mut apart = Apart {
             all: &mut all,
             to_compiled: &Transform::IDENTITY,
-            looks: looks.iter(),
+            looks: 0,
             meshes,
             tags: Vec::new(),
             rank: &mut ranks,
         };
         let (_, bounds) = apart.unclipped(object, &Transform::IDENTITY, Turned::default());
+        let looks = apart.looks;
         let parts = all.csg.parts.iter().map(|part| part.bounds.intersection(bounds));
-        Self { bounds, parts: parts.collect(), ranks }
+        Self { bounds, parts: parts.collect(), looks, ranks }
     }
 }
 
@@ -210,10 +207,10 @@ impl Extents {
 struct Apart<'a> {
     all: &'a mut Composites,
     to_compiled: &'a Transform,
-    /// Of the parts that are still to come.
-    looks: std::slice::Iter<'a, Look>,
+    /// How many its parts have so far.
+    looks: u32,
     meshes: &'a mut LooksOfMeshes,
-    /// Of its parts.
+    /// Of its parts, whose owners are the numbers of their looks.
     tags: Vec<Tag>,
     /// The last that was given.
     rank: &'a mut u32,
@@ -292,8 +289,8 @@ impl Apart<'_> {
     /// A mesh: a part for each triangle.
     fn mesh(&mut self, mesh: &Arc<Mesh>, place: &Transform, inverted: bool) -> (NodeKind, Aabb) {
         let of = self.meshes.of(mesh);
-        let (looks, rest) = self.looks.as_slice().split_at(of.count());
-        self.looks = rest.iter();
+        let first_look = self.looks;
+        self.looks += of.count() as u32;
         let first_rank = *self.rank + 1;
         *self.rank += mesh.triangles.len() as u32;
         let place = place.then(self.to_compiled);
@@ -306,15 +303,16 @@ impl Apart<'_> {
         for (triangle, kind, row) in rows {
             bounds = bounds.union(self.all.parts.bounds(kind, row));
             numbers.push(self.part(kind, row, (mesh.inside_vector.is_some(), inverted)));
-            let look = looks[of.of_triangle(triangle) as usize];
-            self.tags.push(look.ranked(first_rank + triangle));
+            let owner = first_look + of.of_triangle(triangle);
+            self.tags.push(Tag { owner, rank: first_rank + triangle, class: 0 });
         }
         (NodeKind::Odd(self.list(&numbers)), bounds)
     }
 
     /// Any other shape: its node, and a box around its surface; `None` for shapes that are not rendered.
     fn primitive(&mut self, shape: &Shape, place: &Transform, inverted: bool) -> Option<(u32, Aabb)> {
-        let look = self.looks.next().copied().unwrap_or_default();
+        let look = self.looks;
+        self.looks += 1;
         *self.rank += 1;
         let kind = push(&mut self.all.parts, shape, &place.then(self.to_compiled))?;
         let row = self.all.parts.len(kind) - 1;
@@ -322,7 +320,7 @@ impl Apart<'_> {
         let solid = !is_flat(shape);
         let inverted = inverted && solid;
         let number = self.part(kind, row, (solid, inverted));
-        self.tags.push(look.ranked(*self.rank));
+        self.tags.push(Tag { owner: look, rank: *self.rank, class: 0 });
         self.all.csg.nodes[number as usize].inverted = inverted;
         // A part turned inside out bounds nothing, but its surface is where it was.
         Some((number, if inverted { Aabb::INFINITE } else { bounds }))

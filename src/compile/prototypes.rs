@@ -6,7 +6,7 @@ use super::looks::LooksOfMeshes;
 use super::original::{Original, address, first_child};
 use super::uses::{MOST_SURFACES, Uses};
 use crate::kernel::Aabb;
-use crate::scene::{Mesh, Object, Scene, Shape, Transform};
+use crate::scene::{Mesh, Object, Scene, Transform};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -97,31 +97,15 @@ impl Prototype {
                 Self { original, looks, ranks, boxes }
             }
             Original::Composite(object) => {
-                let looks = count_looks(object, meshes);
-                let Extents { bounds, parts, ranks } = Extents::of(object, looks, meshes);
+                let Extents { bounds, parts, looks, ranks } = Extents::of(object, meshes);
                 let boxes = match bounds.is_finite() {
                     true => boxes_about(parts.iter().filter(|part| !part.is_empty()).copied()),
                     false => vec![bounds],
                 };
-                Self { original, looks: looks as u32, ranks, boxes }
+                Self { original, looks, ranks, boxes }
             }
         }
     }
-}
-
-/// How many looks the parts of `object` have, without what clips it.
-fn count_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
-    match &object.shape {
-        Shape::Mesh(mesh) => meshes.of(mesh).count(),
-        Shape::Csg { children, .. } => children.iter().map(|child| count_clipped_looks(child, meshes)).sum(),
-        _ => 1,
-    }
-}
-
-/// The same with those of what clips it.
-fn count_clipped_looks(object: &Object, meshes: &mut LooksOfMeshes) -> usize {
-    let clips = object.clipped_by().iter().map(|clip| count_clipped_looks(clip, meshes)).sum::<usize>();
-    clips + count_looks(object, meshes)
 }
 
 /// What corners are off by that were moved, as a share of the box around them.

@@ -1,7 +1,7 @@
 //! What is known of a primitive besides its geometry.
 
 /// What a surface looks like and who sees it.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Look {
     pub owner: u32,
     pub class: u8,
