@@ -12,7 +12,7 @@ use crate::parallel;
 
 /// Builds the tree, puts rows in leaf order and numbers the surfaces.
 pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Preset) -> Geometry<S, B> {
-    let Gathered { origin, flat, whole, mut items, loose, together, .. } = gathered;
+    let Gathered { origin, flat, prototypes, whole, mut items, loose, together, .. } = gathered;
     cut_long(&flat.columns, &mut items, preset, whole);
     let mut rows: Vec<usize> = Kind::ALL.iter().map(|&kind| flat.columns.len(kind)).collect();
     rows.push(flat.composites.csg.composites.len());
@@ -22,7 +22,7 @@ pub(super) fn assemble<S: Scalar, B: Scalar>(gathered: Gathered<S>, preset: Pres
     let unbounded = place_loose(&flat, &loose, &mut order);
     let classes = unbounded.iter().fold(bvh.classes, |classes, run| classes | run.class);
 
-    let Flat { mut columns, plain, composites, prototypes, placed } = flat;
+    let Flat { mut columns, plain, composites, placed } = flat;
     let Composites { parts, mut csg, part_tags, .. } = composites;
     let (mut owner, mut rank, mut base, mut kinds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &kind in Kind::ALL {

@@ -6,10 +6,8 @@ use super::looks::{LooksOfMeshes, MeshLooks};
 use super::original::{Original, composite_can_be_shared, mesh_can_be_shared};
 use super::prototypes::{Prototype, Prototypes};
 use super::shapes::{given_bounds, is_flat, push, push_mesh};
-use super::{
-    Body, Columns, Flat, Instancing, Kind, Look, MeshBody, Objects, Owner, Tag, class, turn_ranks,
-    turned_rank,
-};
+use super::uses::MOST_SURFACES;
+use super::{Body, Columns, Flat, Kind, Look, MeshBody, Objects, Owner, Tag, class, turn_ranks, turned_rank};
 use crate::lane::Scalar;
 use crate::parallel;
 use crate::scene::{CsgOp, Flags, Interior, Mesh, Object, Scene, Shape, Texture, Transform};
@@ -20,10 +18,12 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Columns, composites and tags of everything in the scene, in its own order; coordinates relative to `origin`. Some of what
-/// stands in several places is left whole.
-pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Instancing) -> (Flat<S>, Objects) {
-    let mut meshes = LooksOfMeshes::default();
-    let prototypes = Prototypes::of(scene, instancing, &mut meshes);
+/// stands in several places is left whole: `prototypes`.
+pub(super) fn flatten<S: Scalar>(
+    scene: &Scene,
+    origin: DVec3,
+    (prototypes, meshes): (&Prototypes, &mut LooksOfMeshes),
+) -> (Flat<S>, Objects) {
     let mut pass = Pass {
         columns: Columns::default(),
         plain: vec![Vec::new(); Kind::ALL.len()],
@@ -43,6 +43,7 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Insta
         default_texture: Arc::new(Texture::default()),
         prototypes,
         placed: Vec::new(),
+        placed_surfaces: 0,
         meshes,
     };
     for object in &scene.objects {
@@ -62,13 +63,8 @@ pub(super) fn flatten<S: Scalar>(scene: &Scene, origin: DVec3, instancing: Insta
         pass.interior_of.remove(&handed.root);
     }
     pass.composites.plan();
-    let flat = Flat {
-        columns: pass.columns,
-        plain: pass.plain,
-        composites: pass.composites,
-        prototypes: pass.prototypes.all,
-        placed: pass.placed,
-    };
+    let flat =
+        Flat { columns: pass.columns, plain: pass.plain, composites: pass.composites, placed: pass.placed };
     let objects = Objects {
         bodies: pass.bodies,
         mesh_bodies: pass.mesh_bodies,
@@ -201,7 +197,7 @@ fn sees_through(object: &Object) -> bool {
         }
 }
 
-struct Pass<S: Scalar> {
+struct Pass<'a, S: Scalar> {
     columns: Columns<S>,
     plain: Vec<Vec<Tag>>,
     composites: Composites,
@@ -223,13 +219,15 @@ struct Pass<S: Scalar> {
     /// POV-Ray's, for faces that nothing gives a look.
     default_texture: Arc<Texture>,
     /// What has one tree for all places where it stands,
-    prototypes: Prototypes,
-    /// and these.
+    prototypes: &'a Prototypes,
+    /// these,
     placed: Vec<PlacedPrototype>,
-    meshes: LooksOfMeshes,
+    /// with so many surfaces.
+    placed_surfaces: u64,
+    meshes: &'a mut LooksOfMeshes,
 }
 
-impl<S: Scalar> Pass<S> {
+impl<S: Scalar> Pass<'_, S> {
     /// An object that nothing encloses but unions.
     fn object(&mut self, object: &Object, above: &Handed) {
         let handed = self.hand(object, above);
@@ -435,11 +433,17 @@ impl<S: Scalar> Pass<S> {
     /// Puts prototype `number` where it is handed, if there are numbers left for its surfaces.
     fn placed(&mut self, number: u32, handed: &Handed, (looks, interior): (&[Look], Option<u32>)) -> bool {
         let place = handed.place.then(&self.to_compiled);
-        let Some((bounds, ranks)) = self.prototypes.place(number, &place) else { return false };
-        debug_assert_eq!(looks.len(), self.prototypes.all[number as usize].looks as usize);
+        let prototype = &self.prototypes.all[number as usize];
+        debug_assert_eq!(looks.len(), prototype.looks as usize);
+        let surfaces = self.placed_surfaces + u64::from(prototype.ranks);
+        if surfaces > MOST_SURFACES {
+            return false;
+        }
+        self.placed_surfaces = surfaces;
+        let bounds = prototype.bounds_in(&place);
         let owners = looks.iter().map(|look| look.owner).collect();
         let tag = looks[0].ranked(self.rank + 1);
-        self.rank += ranks;
+        self.rank += prototype.ranks;
         self.placed.push(PlacedPrototype { number, place, tag, owners, bounds, interior });
         true
     }
@@ -456,7 +460,7 @@ impl<S: Scalar> Pass<S> {
         self.looks_of_clips(object, above, &mut looks);
         let (place, above, to_compiled) = (&handed.place, &above.place, &self.to_compiled);
         let stand = Stand { place, above, to_compiled, alone, interior };
-        self.composites.push(object, stand, (&looks, &mut self.meshes), &mut self.rank);
+        self.composites.push(object, stand, (&looks, self.meshes), &mut self.rank);
     }
 
     /// The looks of what is in a composite, in the order in which [`Composites::push`] comes to it.

@@ -37,7 +37,6 @@ use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
 use composites::Composites;
 use instances::PlacedPrototype;
-use prototypes::Prototype;
 use std::ops::Range;
 use tag::{Look, Tag, turn_ranks, turned_rank};
 
@@ -110,9 +109,7 @@ struct Flat<S: Scalar> {
     /// By kind and row of `columns`: owner, rank and class.
     plain: Vec<Vec<Tag>>,
     composites: Composites,
-    /// What stands in several places and is kept once,
-    prototypes: Vec<Prototype>,
-    /// and where.
+    /// Where prototypes stand.
     placed: Vec<PlacedPrototype>,
 }
 

@@ -1,11 +1,11 @@
 //! A scene's primitives before there is a tree over them: all that the choice of a precision hangs on.
 
 use super::composites::Composites;
+use super::flatten::{flatten, flatten_prototype};
 use super::instances::PlacedPrototype;
-use super::prototypes::Prototype;
-use super::{
-    COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble, flatten,
-};
+use super::looks::LooksOfMeshes;
+use super::prototypes::{Prototype, Prototypes};
+use super::{COMPOSITE, Compiled, Flat, INSTANCE, Instancing, Kind, Objects, Tag, WithBlock, assemble};
 use crate::bvh::{Item, Items, Preset};
 use crate::kernel::{Aabb, Block};
 use crate::lane::Scalar;
@@ -30,6 +30,8 @@ pub(super) struct Gathered<S: Scalar> {
     /// Subtracted from world coordinates: see [`Geometry::origin`](super::Geometry::origin).
     pub origin: DVec3,
     pub flat: Flat<S>,
+    /// What stands in several places and is kept once.
+    pub prototypes: Vec<Prototype>,
     /// Around all that goes into the tree.
     pub whole: Aabb,
     /// What goes into the tree.
@@ -50,19 +52,20 @@ impl<S: Scalar> Primitives<S> {
 
     /// The same where some of what stands in several places may be kept once.
     pub fn with(scene: &Scene, instancing: Instancing) -> Self {
-        let mut origin = DVec3::ZERO;
-        let (mut flat, mut objects) = flatten::flatten::<S>(scene, origin, instancing);
+        let (mut origin, mut meshes) = (DVec3::ZERO, LooksOfMeshes::default());
+        let prototypes = Prototypes::of(scene, instancing, &mut meshes);
+        let (mut flat, mut objects) = flatten::<S>(scene, origin, (&prototypes, &mut meshes));
         let mut reach = Reach::of(&flat);
         let middle = |whole| middle(whole).unwrap_or(scene.camera.location);
         if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF && middle(reach.whole) != DVec3::ZERO {
             // Its columns have lost digits: once more, from the middle that double precision finds.
-            let (exact, _) = flatten::flatten::<f64>(scene, DVec3::ZERO, instancing);
+            let (exact, _) = flatten::<f64>(scene, DVec3::ZERO, (&prototypes, &mut meshes));
             origin = middle(Reach::of(&exact).whole);
             drop(exact);
-            (flat, objects) = flatten::flatten::<S>(scene, origin, instancing);
+            (flat, objects) = flatten::<S>(scene, origin, (&prototypes, &mut meshes));
             reach = Reach::of(&flat);
         }
-        Self { gathered: Gathered::of(flat, origin, reach), objects }
+        Self { gathered: Gathered::of(flat, prototypes.all, origin, reach), objects }
     }
 
     /// True if a few are so much larger than all others that they stand beside the tree.
@@ -100,10 +103,10 @@ impl<S: Scalar> Primitives<S> {
 }
 
 impl<S: Scalar> Gathered<S> {
-    fn of(flat: Flat<S>, origin: DVec3, reach: Reach) -> Self {
+    fn of(flat: Flat<S>, prototypes: Vec<Prototype>, origin: DVec3, reach: Reach) -> Self {
         let Reach { whole, giants } = reach;
         let (items, loose, together) = gather(&flat, whole);
-        Self { origin, flat, whole, items, loose, together, giants }
+        Self { origin, flat, prototypes, whole, items, loose, together, giants }
     }
 
     /// Those of a prototype by itself, in its own space.
@@ -112,9 +115,9 @@ impl<S: Scalar> Gathered<S> {
         if S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF {
             origin = middle(prototype.bounds()).unwrap_or_default();
         }
-        let flat = flatten::flatten_prototype(prototype, origin);
+        let flat = flatten_prototype(prototype, origin);
         let reach = Reach::of(&flat);
-        Self::of(flat, origin, reach)
+        Self::of(flat, Vec::new(), origin, reach)
     }
 }
 

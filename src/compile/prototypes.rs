@@ -4,7 +4,7 @@ use super::Instancing;
 use super::composites::Extents;
 use super::looks::LooksOfMeshes;
 use super::original::{Original, address, first_child};
-use super::uses::{MOST_SURFACES, Uses};
+use super::uses::Uses;
 use crate::kernel::Aabb;
 use crate::scene::{Mesh, Object, Scene, Transform};
 use rustc_hash::FxHashMap;
@@ -16,8 +16,6 @@ pub(super) struct Prototypes {
     pub all: Vec<Prototype>,
     /// By [`Original::address`].
     number: FxHashMap<usize, u32>,
-    /// Surfaces that have been given numbers.
-    surfaces: u64,
 }
 
 /// What stands in several places and is kept once.
@@ -64,29 +62,23 @@ impl Prototypes {
         let number = *self.number.get(&address(first_child(object)?))?;
         self.all[number as usize].original.is_shape_of(object).then_some(number)
     }
-
-    /// A box around a prototype in its `place`, and the ranks that its surfaces take; they are given numbers, if there are any left.
-    pub fn place(&mut self, number: u32, place: &Transform) -> Option<(Aabb, u32)> {
-        let Prototype { ranks, boxes, .. } = &self.all[number as usize];
-        let surfaces = self.surfaces + u64::from(*ranks);
-        if surfaces > MOST_SURFACES {
-            return None;
-        }
-        self.surfaces = surfaces;
-        if boxes.is_empty() {
-            return Some((Aabb::EMPTY, *ranks)); // Its parts nowhere meet.
-        }
-        let corners = boxes.iter().flat_map(Aabb::corners);
-        let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
-        // (What is moved beyond all measure is asked by every ray, and met by none.)
-        Some((if bounds.is_finite() { bounds } else { Aabb::INFINITE }, *ranks))
-    }
 }
 
 impl Prototype {
     /// Around all its surfaces, in its own space.
     pub fn bounds(&self) -> Aabb {
         self.boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(*one))
+    }
+
+    /// Around them in a place.
+    pub fn bounds_in(&self, place: &Transform) -> Aabb {
+        if self.boxes.is_empty() {
+            return Aabb::EMPTY; // Its parts nowhere meet.
+        }
+        let corners = self.boxes.iter().flat_map(Aabb::corners);
+        let bounds = Aabb::of(corners.map(|corner| place.point(corner))).inflated(BOUNDS_ROUNDINGS);
+        // (What is moved beyond all measure is asked by every ray, and met by none.)
+        if bounds.is_finite() { bounds } else { Aabb::INFINITE }
     }
 
     fn of(original: Original, meshes: &mut LooksOfMeshes) -> Self {
