@@ -10,8 +10,8 @@ use octray::{eval, wave};
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 
-/// An eye before a floor and a light, a mesh of 24 triangles, half of them smooth, one that has textures of its own, and one that is
-/// a solid.
+/// An eye before a floor and a light, a mesh of 24 triangles, half of them smooth, one that has textures of its own, one that is a
+/// solid, and panes, half of which are glass of their own.
 const BEGIN: &str = "#version 3.7;
     global_settings { assumed_gamma 1 max_trace_level 4 }
     background { color rgb <0.2, 0.3, 0.5> }
@@ -42,6 +42,16 @@ const BEGIN: &str = "#version 3.7;
         triangle { <-1, 0, -1>, <1, 0, -1>, <0, 0, 1> } triangle { <-1, 0, -1>, <1, 0, -1>, <0, 1.4, 0> }
         triangle { <1, 0, -1>, <0, 0, 1>, <0, 1.4, 0> } triangle { <0, 0, 1>, <-1, 0, -1>, <0, 1.4, 0> }
         inside_vector <0.1, 1, 0.2>
+    }
+    #declare Amber = texture { pigment { color rgbf <1, 0.7, 0.2, 0.7> } };
+    #declare Clear = texture { pigment { color rgbft <0.3, 0.6, 1, 0.4, 0.3> } finish { reflection 0.1 } };
+    #declare Pane = mesh {
+        #declare I = 0;
+        #while (I < 6)
+            triangle { <I/4 - 0.8, 0, 0>, <I/4 - 0.6, 0, 0>, <I/4 - 0.7, 1.2, 0.1> texture { #if (mod(I, 2)) Amber #else Clear #end } }
+            triangle { <I/4 - 0.8, 0.2, 0.3>, <I/4 - 0.6, 0, 0.3>, <I/4 - 0.8, 1.2, 0.5> }
+            #declare I = I + 1;
+        #end
     }
     #declare Cut = difference {
         object { Solid pigment { color rgb <0.9, 0.7, 0.2> } }
@@ -96,14 +106,42 @@ const SCENES: &[(usize, &str)] = &[
         object { Cap pigment { Blue } double_illuminate translate <1.8, 0.3, -1> }
         object { Hat finish { reflection 0.7 ambient 0 } scale 1.3 translate <-0.6, 0, -1> }",
     ),
-    // Not kept: what lets light through, what is cut. The same meshes elsewhere are.
+    // Not kept: what is cut. The same meshes elsewhere are.
     (
-        4,
+        5,
         "object { Cap texture { Glass } translate <-2, 0, -1> } object { Cap pigment { Red } }
         object { Cap pigment { Blue } clipped_by { plane { x, 0.4 } } translate <2, 0, -1> }
         object { Solid pigment { Blue } translate <1, 0, 1.5> } object { Solid pigment { Red } translate <-1, 0, 1.5> }
         difference { box { <2, 0, 0>, <3, 1, 1> } object { Solid translate <2.5, 0.2, 0> } pigment { Red } }
         object { Cap pigment { Red } rotate 180*z translate <0, 2.2, 0> } object { Hat translate <0, 0, 3> }",
+    ),
+    // What lets light through: rays go from surface to surface of one place and of several, where these are moved, turned, stretched,
+    // mirrored and sheared, and shadows are tinted; some triangles stop all light.
+    (
+        7,
+        "object { Cap texture { Glass } translate <-2, 0, -1> } object { Cap pigment { Red } translate <-2, 1, -1.2> }
+        object { Cap texture { Glass } interior { ior 1.3 fade_distance 0.5 fade_power 2 } scale <-1, 1.4, 1> translate <0, 0.4, 0> }
+        object { Hat texture { Glass } matrix <1, 0.3, 0, 0, 1, 0.4, 0.2, 0, 1, 1.8, 0, -1> }
+        object { Pane scale <1, 2, 1> translate <0.4, 0, -2> } object { Pane pigment { Blue } rotate 60*y translate <-1, 0.4, 1.5> }
+        object { Hat texture { Glass } scale 0.5 translate <0.6, 0.2, -1> }",
+    ),
+    // The same at one place (without mirrors: what grazes one of two such surfaces meets the other, or not, by a rounding), in unions,
+    // with what hides it from some rays, around a light, and seen from inside.
+    (
+        9,
+        "object { Cap texture { Amber } translate -2*x } object { Cap texture { Amber } translate -2*x }
+        union { object { Pane pigment { Red } } object { Pane pigment { Blue } translate 0.2*z } rotate 20*y translate <0, 0, -2> }
+        object { Cap texture { Glass } no_shadow translate <2, 0, -2> } object { Pane no_image translate <1.6, 0, 0> }
+        object { Pane no_reflection scale 1.5 translate <-1, 0.4, 2> } object { Cap texture { Glass } scale 2 translate <-5, 7, -7> }
+        object { Cap texture { Glass } interior_texture { pigment { Red } } rotate 160*x translate <0.6, 1.4, 0> }",
+    ),
+    // Glass that is solid: around the eye, beside it, and turned inside out.
+    (
+        3,
+        "object { Solid texture { Glass } interior { ior 1.2 } scale 3 translate <0, 2, -9> }
+        object { Solid texture { Glass } interior { ior 1.5 } translate <-1.2, 0, 0> }
+        object { Solid texture { Glass } interior { ior 1.5 caustics 0.6 } rotate 100*y translate <1.2, 0.2, 0> }
+        object { Solid inverse texture { Glass } translate <0, 0.2, 2> }",
     ),
     // Composites moved, turned, stretched, mirrored and sheared.
     (

@@ -75,14 +75,15 @@ pub(super) fn flatten<S: Scalar>(
     (flat, objects)
 }
 
-/// A prototype by itself, in its own space relative to `origin`: owners are its looks, and all rays see it.
+/// A prototype by itself, in its own space relative to `origin`: owners are its looks, and all rays see it. Of a mesh it is its place
+/// that says whether it stops light.
 pub(super) fn flatten_prototype<S: Scalar>(prototype: &Prototype, origin: DVec3) -> Flat<S> {
     let mut flat = Flat { plain: vec![Vec::new(); Kind::ALL.len()], ..Flat::default() };
     let to_compiled = &Transform::translate(-origin);
-    let class = class::CAMERA | class::REFLECTED | class::BLOCKS;
-    let look = |number| Look { owner: number, class };
+    let seen = class::CAMERA | class::REFLECTED | class::BLOCKS;
     match &prototype.original {
         Original::Mesh(mesh) => {
+            let look = |number| Look { owner: number, class: seen | class::FILTERS };
             let of = LooksOfMeshes::default().of(mesh);
             for (kind, triangles) in push_mesh(&mut flat.columns, mesh, to_compiled, true) {
                 let tag = |k: usize| look(of.of_triangle(triangles[k])).ranked(triangles[k]);
@@ -92,7 +93,8 @@ pub(super) fn flatten_prototype<S: Scalar>(prototype: &Prototype, origin: DVec3)
         Original::Composite(object) => {
             let (place, above) = (&Transform::IDENTITY, &Transform::IDENTITY);
             let stand = Stand { place, above, to_compiled, alone: true, interior: 0 };
-            let looks: Vec<_> = (0..prototype.looks).map(look).collect();
+            let looks: Vec<_> =
+                (0..prototype.looks).map(|number| Look { owner: number, class: seen }).collect();
             flat.composites.push(object, stand, (&looks, &mut LooksOfMeshes::default()), &mut 0);
             flat.composites.plan();
             flat.composites.part_tags.iter_mut().for_each(|tag| tag.rank -= 1); // (From 0 on, as those of meshes.)
@@ -405,8 +407,7 @@ impl<S: Scalar> Pass<'_, S> {
 
     /// Leaves a mesh whole if it is shared.
     fn placed_mesh(&mut self, mesh: &Arc<Mesh>, handed: &Handed) -> bool {
-        let own = handed.texture.as_ref().map(|(texture, _)| texture.as_ref());
-        if !mesh_can_be_shared(mesh, own, handed.flags.inverse) {
+        if !mesh_can_be_shared(mesh, handed.texture.is_some(), handed.flags.inverse) {
             return false;
         }
         let Some(number) = self.prototypes.mesh(mesh) else { return false };
@@ -442,7 +443,11 @@ impl<S: Scalar> Pass<'_, S> {
         self.placed_surfaces = surfaces;
         let bounds = prototype.bounds_in(&place);
         let owners = looks.iter().map(|look| look.owner).collect();
-        let tag = looks[0].ranked(self.rank + 1);
+        let mut tag = looks[0].ranked(self.rank + 1);
+        if looks.iter().any(|look| look.class & class::FILTERS != 0) {
+            // (Rays go through it from surface to surface; those that stop all light do so then.)
+            tag.class = tag.class & !class::BLOCKS | class::FILTERS;
+        }
         self.rank += prototype.ranks;
         self.placed.push(PlacedPrototype { number, place, tag, owners, bounds, interior });
         true

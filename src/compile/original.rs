@@ -47,18 +47,16 @@ pub(super) fn address<T>(of: &Arc<T>) -> usize {
     Arc::as_ptr(of) as usize
 }
 
-/// True if a mesh with its object's `texture` can be shared where it stands by itself.
-///
-/// It stops all light, or rays would have to be told which surfaces of a place they have gone through; an eye in it is asked for where
-/// it is, which is no place that ends if it is a solid and `inverse`; and it has a look.
-pub(super) fn mesh_can_be_shared(mesh: &Mesh, texture: Option<&Texture>, inverse: bool) -> bool {
+/// True if a mesh can be shared where it stands by itself: it `has_look`, and an eye in it is asked for where it is, which is no place
+/// that ends if it is a solid and `inverse`.
+pub(super) fn mesh_can_be_shared(mesh: &Mesh, has_look: bool, inverse: bool) -> bool {
     let is_endless = inverse && mesh.inside_vector.is_some();
-    texture.is_some() && mesh.blocks_light(texture) && !is_endless
+    has_look && !is_endless
 }
 
 /// True if a composite can be shared where it stands by itself with the `textures` of its outside and inside: if all of it has a look,
-/// stops all light and is seen by the same rays, what cuts it is moved as its parts are, and it ends somewhere. Of one of more nodes
-/// than `most` nothing is said.
+/// stops all light (crossings with a composite are found and settled as a whole) and is seen by the same rays, what cuts it is moved
+/// as its parts are, and it ends somewhere. Of one of more nodes than `most` nothing is said.
 pub(super) fn composite_can_be_shared(object: &Object, textures: [Option<&Texture>; 2], most: u64) -> bool {
     let is_composite = matches!(&object.shape, Shape::Csg { op, .. } if *op != CsgOp::Union);
     is_composite

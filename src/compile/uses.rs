@@ -108,7 +108,9 @@ impl Uses {
         let inside = object.interior_texture().map(Arc::as_ref).or(inside);
         let mut cut = cut || !object.clipped_by().is_empty();
         match &object.shape {
-            Shape::Mesh(mesh) if !cut && mesh_can_be_shared(mesh, texture, object.flags.inverse) => {
+            Shape::Mesh(mesh)
+                if !cut && mesh_can_be_shared(mesh, texture.is_some(), object.flags.inverse) =>
+            {
                 self.place(Original::Mesh(mesh.clone()), object, |original| original.is_mesh(mesh));
             }
             Shape::Csg { .. } if !cut && composite_can_be_shared(object, [texture, inside], self.most) => {

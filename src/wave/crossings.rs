@@ -2,6 +2,7 @@
 //! gone through crossing by crossing once nothing does.
 
 use super::composite::surfaces;
+use super::instances::Placed;
 use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
@@ -62,6 +63,21 @@ impl InTheWay {
         if met != 0 {
             self.note(Transparent::Composite { first, end: self.crossings.len() as u32 }, met);
         }
+    }
+
+    /// Hands what was noted of an instance on to the way through its scene, where surfaces have the numbers that `surface` gives.
+    #[inline(always)]
+    pub fn hand_to(&mut self, way: &mut Self, surface: impl Fn(SurfaceId) -> SurfaceId) {
+        if self.noted == 0 {
+            return;
+        }
+        for (thing, met) in self.things.drain(..) {
+            // (Composites that are see-through stand in no instance.)
+            if let Transparent::Primitive(own) = thing {
+                way.note(Transparent::Primitive(surface(own)), met);
+            }
+        }
+        self.clear();
     }
 
     /// Rays `met`, some at least, meet a thing.
@@ -155,7 +171,7 @@ impl Crossings {
             let met = met & lanes;
             match thing {
                 Transparent::Primitive(surface) => {
-                    let (rank, tint) = (scene.ranks.of(surface), tint(surface));
+                    let (rank, tint) = (scene.place_of(surface), tint(surface));
                     each_crossing(scene, query, surface, met, |t| {
                         let crossed = (t.gt(query.t_min) & t.lt(query.t)).bits() & met;
                         for lane in bits(crossed) {
@@ -228,6 +244,26 @@ pub fn each_crossing<S: Scalar, B: Scalar>(
     query: &Query<S::Lane>,
     surface: SurfaceId,
     lanes: u8,
+    mut crossed: impl FnMut(S::Lane),
+) {
+    match scene.ranks.stretch(surface) {
+        None => each_crossing_here(scene, query, surface, lanes, crossed),
+        Some(row) => {
+            let placed = Placed::of(scene, row as u32);
+            let (moved, length) = placed.rays(query, lanes);
+            let crossed = |t: S::Lane| crossed(t / length);
+            each_crossing_here(placed.prototype, &moved, placed.own(surface), lanes, crossed);
+        }
+    }
+}
+
+/// The same with what stands in no instance.
+#[inline(always)]
+fn each_crossing_here<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    query: &Query<S::Lane>,
+    surface: SurfaceId,
+    lanes: u8,
     crossed: impl FnMut(S::Lane),
 ) {
     let on = query.lanes_on(surface) & lanes;
@@ -237,7 +273,7 @@ pub fn each_crossing<S: Scalar, B: Scalar>(
     scene.columns.with(kind, EachCrossing { row: row as usize, rays: &query.rays, left, crossed });
 }
 
-/// See [`each_crossing`].
+/// See [`each_crossing_here`].
 struct EachCrossing<'a, L, F> {
     row: usize,
     rays: &'a Rays<L>,

@@ -58,12 +58,18 @@ impl<'a, S: Scalar, B: Scalar> Placed<'a, S, B> {
     /// What of the scene's surfaces rays have met, by those of the prototype.
     #[inline(always)]
     pub fn surfaces(&self, own: &[SurfaceId; LANES]) -> [SurfaceId; LANES] {
-        each_lane(|k| self.instance.first.wrapping_add(own[k]))
+        each_lane(|k| self.surface(own[k]))
+    }
+
+    /// The scene's number of a surface of the prototype.
+    #[inline(always)]
+    pub fn surface(&self, own: SurfaceId) -> SurfaceId {
+        self.instance.first.wrapping_add(own)
     }
 
     /// The number in the prototype of a surface of the scene, if it is one of this instance.
     #[inline(always)]
-    fn own(&self, surface: SurfaceId) -> SurfaceId {
+    pub fn own(&self, surface: SurfaceId) -> SurfaceId {
         let own = surface.wrapping_sub(self.instance.first);
         if own < self.prototype.ranks.rows().len() as u32 { own } else { NO_SURFACE }
     }

@@ -46,7 +46,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     const ANY: bool = ANY;
     #[inline]
     fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
-        let noted = Self::only_notes(run);
+        let noted = self.only_notes(run);
         if run.kind < COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
@@ -61,7 +61,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
         let mut found = [0; GROUP];
         if run.kind == INSTANCE {
-            found = self.instances(run, 0, &live); // (Never see-through.)
+            found = self.instances(run, 0, &live);
         } else {
             for k in bits(which) {
                 let lanes = live[k];
@@ -92,7 +92,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     fn single(&mut self, run: &Run, lone: &Lone<S>, state: &Packet<B>, far: B) -> B {
         let (packet, lane) = (lone.packet, lone.lane & (LANES - 1));
         let before = self.queries[packet].t.lanes()[lane];
-        let found = if run.kind >= COMPOSITE || Self::only_notes(run) {
+        let found = if run.kind >= COMPOSITE || self.only_notes(run) {
             None
         } else {
             let (rows, query) = (rows(self.scene, run), &mut self.queries[packet]);
@@ -150,14 +150,14 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
 
     /// True if what rays meet of a run lets them go on: see-through things in the way of shadow rays.
     #[inline(always)]
-    fn only_notes(run: &Run) -> bool {
-        ANY && run.class & class::BLOCKS == 0
+    fn only_notes(&self, run: &Run) -> bool {
+        ANY && run.class & self.filter & class::BLOCKS == 0
     }
 
     /// Tests a run against all packets.
     #[inline]
     pub fn run_all(&mut self, run: &Run) {
-        if run.kind >= COMPOSITE || Self::only_notes(run) {
+        if run.kind >= COMPOSITE || self.only_notes(run) {
             for k in 0..self.queries.len() {
                 self.run(run, k, !0);
             }
@@ -174,7 +174,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         if lanes == 0 {
             return 0;
         }
-        if Self::only_notes(run) {
+        if run.kind != INSTANCE && self.only_notes(run) {
             self.note(run, packet, lanes);
             return 0;
         }
@@ -190,10 +190,13 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         }
     }
 
-    /// Tests a run of instances against lanes of packets from `first` on: by packet, those that have found something nearer.
+    /// Tests a run of instances against lanes of packets from `first` on: by packet, those that have found something nearer. What is
+    /// see-through in the way of shadow rays is noted.
     #[inline(never)]
     fn instances(&mut self, run: &Run, first: usize, lanes: &[u8]) -> [u8; GROUP] {
         let mut found = [0; GROUP];
+        // (Prototypes do not know whether they are.)
+        let filter = if self.only_notes(run) { class::FILTERS } else { !0 };
         let Some(inner) = &mut self.buffers.inner else { return found };
         for row in run.first..run.first + run.len {
             let placed = Placed::of(self.scene, row);
@@ -213,13 +216,16 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             self.count.add(inner.trace_counting::<S, C, ANY>(
                 placed.prototype,
                 &mut moved,
-                !0,
+                filter,
                 (&mut None, None),
             ));
             if !ANY {
                 sharpen(placed.prototype, &mut moved);
             }
-            for (moved, (k, length)) in moved.iter().zip(lengths) {
+            for (number, (moved, (k, length))) in moved.iter().zip(lengths).enumerate() {
+                if ANY {
+                    inner.ways_mut()[number].hand_to(&mut self.ways[first + k], |own| placed.surface(own));
+                }
                 let hits = moved.hits();
                 if hits == 0 {
                     continue;

@@ -68,6 +68,12 @@ impl<B: Scalar> Tracer<B> {
         &self.ways
     }
 
+    /// By packet of the last [`Tracer::trace_counting`] for whether anything is hit, what is see-through on the way; to be left empty.
+    #[inline(always)]
+    pub(super) fn ways_mut(&mut self) -> &mut [InTheWay; GROUP] {
+        &mut self.ways
+    }
+
     fn trace<S: Scalar, const ANY: bool>(
         &mut self,
         scene: &Geometry<S, B>,
