@@ -79,9 +79,12 @@ impl<S: Scalar, B: Scalar> Geometry<S, B> {
     }
 
     /// A surface's place in the order of declaration, also among those of its instance.
+    #[inline(always)]
     pub fn place_of(&self, surface: SurfaceId) -> u32 {
-        let place = self.ranks.of(surface);
-        self.ranks.stretch(surface).map_or(place, |row| place + self.instances.place_of(row, surface))
+        match self.ranks.rows().get(surface as usize) {
+            Some(&place) => place,
+            None => self.place_in_instance(surface),
+        }
     }
 
     /// True of parts that are turned inside out, also in instances; `None` of what is no part of a composite.
@@ -95,6 +98,12 @@ impl<S: Scalar, B: Scalar> Geometry<S, B> {
     #[cold]
     fn owner_in_instance(&self, surface: SurfaceId) -> u32 {
         self.ranks.stretch(surface).map_or(0, |row| self.instances.owner_of(row, surface))
+    }
+
+    #[cold]
+    fn place_in_instance(&self, surface: SurfaceId) -> u32 {
+        let place = self.ranks.of(surface);
+        self.ranks.stretch(surface).map_or(place, |row| place + self.instances.place_of(row, surface))
     }
 
     /// The first place of all surfaces.
