@@ -123,14 +123,12 @@ impl Composites {
         let parts = &mut self.csg.parts[first as usize..];
         // What only clips is seen by no ray.
         let seen = tags.iter().zip(&*parts).filter(|(_, part)| part.seen);
-        let class = seen.fold(0, |bits, (tag, _)| bits | tag.class);
+        let class = class::of_whole(seen.map(|(tag, _)| tag.class));
         for (part, tag) in parts.iter_mut().zip(&tags) {
             // Those that throw a shadow are met by all that ask for one.
             let shadows = class::BLOCKS | class::FILTERS;
             part.classes = if tag.class & shadows == 0 { tag.class } else { tag.class | shadows };
         }
-        // If one part lets light through, the whole must be asked which part was hit.
-        let class = if class & class::FILTERS != 0 { class & !class::BLOCKS } else { class };
         // A disc's bounds hold its surface, but not the half space that is its inside.
         let has_disc = parts.iter().any(|part| part.kind == Kind::Disc as u8);
         let reach = if has_disc { Aabb::INFINITE } else { bounds };

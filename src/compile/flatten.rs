@@ -81,9 +81,10 @@ pub(super) fn flatten_prototype<S: Scalar>(prototype: &Prototype, origin: DVec3)
     let mut flat = Flat { plain: vec![Vec::new(); Kind::ALL.len()], ..Flat::default() };
     let to_compiled = &Transform::translate(-origin);
     let seen = class::CAMERA | class::REFLECTED | class::BLOCKS;
+    let lets_through = if let Original::Mesh(_) = prototype.original { class::FILTERS } else { 0 };
+    let look = |number| Look { owner: number, class: seen | lets_through };
     match &prototype.original {
         Original::Mesh(mesh) => {
-            let look = |number| Look { owner: number, class: seen | class::FILTERS };
             let of = LooksOfMeshes::default().of(mesh);
             for (kind, triangles) in push_mesh(&mut flat.columns, mesh, to_compiled, true) {
                 let tag = |k: usize| look(of.of_triangle(triangles[k])).ranked(triangles[k]);
@@ -93,8 +94,7 @@ pub(super) fn flatten_prototype<S: Scalar>(prototype: &Prototype, origin: DVec3)
         Original::Composite(object) => {
             let (place, above) = (&Transform::IDENTITY, &Transform::IDENTITY);
             let stand = Stand { place, above, to_compiled, alone: true, interior: 0 };
-            let looks: Vec<_> =
-                (0..prototype.looks).map(|number| Look { owner: number, class: seen }).collect();
+            let looks: Vec<_> = (0..prototype.looks).map(look).collect();
             flat.composites.push(object, stand, (&looks, &mut LooksOfMeshes::default()), &mut 0);
             flat.composites.plan();
             flat.composites.part_tags.iter_mut().for_each(|tag| tag.rank -= 1); // (From 0 on, as those of meshes.)
@@ -443,11 +443,8 @@ impl<S: Scalar> Pass<'_, S> {
         self.placed_surfaces = surfaces;
         let bounds = prototype.bounds_in(&place);
         let owners = looks.iter().map(|look| look.owner).collect();
-        let mut tag = looks[0].ranked(self.rank + 1);
-        if looks.iter().any(|look| look.class & class::FILTERS != 0) {
-            // (Rays go through it from surface to surface; those that stop all light do so then.)
-            tag.class = tag.class & !class::BLOCKS | class::FILTERS;
-        }
+        let class = class::of_whole(looks.iter().map(|look| look.class));
+        let tag = Look { class, ..looks[0] }.ranked(self.rank + 1);
         self.rank += prototype.ranks;
         self.placed.push(PlacedPrototype { number, place, tag, owners, bounds, interior });
         true

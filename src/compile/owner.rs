@@ -29,4 +29,10 @@ pub mod class {
     pub const BLOCKS: u8 = 4;
     /// Lets some light of shadow rays through, or may.
     pub const FILTERS: u8 = 8;
+
+    /// That of a thing that is met as a whole, by those of its surfaces: if one of them lets light through, it must be asked which was hit.
+    pub fn of_whole(surfaces: impl IntoIterator<Item = u8>) -> u8 {
+        let all = surfaces.into_iter().fold(0, |all, class| all | class);
+        if all & FILTERS != 0 { all & !BLOCKS } else { all }
+    }
 }
