@@ -67,17 +67,13 @@ impl InTheWay {
 
     /// Hands what was noted of an instance on to the way through its scene, where surfaces have the numbers that `surface` gives.
     #[inline(always)]
-    pub fn hand_to(&mut self, way: &mut Self, surface: impl Fn(SurfaceId) -> SurfaceId) {
-        if self.noted == 0 {
-            return;
-        }
-        for (thing, met) in self.things.drain(..) {
+    pub fn hand_to(&self, way: &mut Self, surface: impl Fn(SurfaceId) -> SurfaceId) {
+        for &(thing, met) in &self.things {
             // (Composites that are see-through stand in no instance.)
             if let Transparent::Primitive(own) = thing {
                 way.note(Transparent::Primitive(surface(own)), met);
             }
         }
-        self.clear();
     }
 
     /// Rays `met`, some at least, meet a thing.

@@ -224,7 +224,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             }
             for (number, (moved, (k, length))) in moved.iter().zip(lengths).enumerate() {
                 if ANY {
-                    inner.ways_mut()[number].hand_to(&mut self.ways[first + k], |own| placed.surface(own));
+                    inner.ways()[number].hand_to(&mut self.ways[first + k], |own| placed.surface(own));
                 }
                 let hits = moved.hits();
                 if hits == 0 {

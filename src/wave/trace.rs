@@ -19,7 +19,7 @@ pub struct Tracer<B: Scalar> {
     buffers: LeafBuffers<B>,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
-    /// By packet of the last [`Tracer::occluded`], what is see-through on the way.
+    /// By packet of the last rays that any hit ends, what is see-through on the way.
     ways: [InTheWay; GROUP],
     traversal: Traversal,
     /// What its walks have tested, if that is counted.
@@ -60,18 +60,19 @@ impl<B: Scalar> Tracer<B> {
         queries: &mut [Query<S::Lane>],
         known: (&mut Option<Run>, Option<&Cones>),
     ) -> &[InTheWay; GROUP] {
-        self.ways.iter_mut().for_each(InTheWay::clear);
         let classes = class::BLOCKS | class::FILTERS;
         if scene.has_class(classes) {
             self.trace::<S, true>(scene, queries, classes, known);
+        } else {
+            self.ways.iter_mut().for_each(InTheWay::clear);
         }
         &self.ways
     }
 
-    /// By packet of the last [`Tracer::trace_counting`] for whether anything is hit, what is see-through on the way; to be left empty.
+    /// By packet of the last [`Tracer::trace_counting`] for whether anything is hit, what is see-through on the way.
     #[inline(always)]
-    pub(super) fn ways_mut(&mut self) -> &mut [InTheWay; GROUP] {
-        &mut self.ways
+    pub(super) fn ways(&self) -> &[InTheWay; GROUP] {
+        &self.ways
     }
 
     fn trace<S: Scalar, const ANY: bool>(
@@ -102,6 +103,9 @@ impl<B: Scalar> Tracer<B> {
         let Self { stack, packets, buffers, stretches, ways, traversal, .. } = self;
         if !scene.instances.is_empty() {
             buffers.inner.get_or_insert_with(|| Box::new(Self::with(*traversal)));
+        }
+        if ANY {
+            ways.iter_mut().take(queries.len()).for_each(InTheWay::clear);
         }
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
