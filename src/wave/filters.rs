@@ -50,9 +50,12 @@ impl Tints {
     #[inline(always)]
     fn of<S: Scalar, B: Scalar>(&mut self, scene: &Compiled<S, B>, surface: SurfaceId) -> Option<[f32; 3]> {
         let owner = &scene.owners[scene.geometry.owner_of(surface) as usize];
+        if owner.blocks {
+            return Some([0.0; 3]);
+        }
         let interior = &scene.interiors[owner.interior as usize];
         let [texture, b, c] = owner.textures;
-        let alike = b == texture && c == texture && owner.interior_texture.is_none() && !owner.blocks;
+        let alike = b == texture && c == texture && owner.interior_texture.is_none();
         let clear = interior.caustics == 0.0 && interior.fade_power <= 0.0;
         if !(alike && clear) {
             return None;
