@@ -137,10 +137,10 @@ fn are_wide<B: Scalar>(
         for axis in 0..3 {
             let [inverse, offset] =
                 [packet.inverse[axis], packet.offset[axis]].map(|x| B::Lane::splat(x.lanes()[lane]));
-            t_in = sides.near(node, axis).fused(inverse, offset).max(t_in);
-            t_out = sides.far(node, axis).fused(inverse, offset).min(t_out);
+            t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
+            t_out = sides.far(node, axis).fused(inverse, offset).sooner(t_out);
         }
-        t_in.le(t_out).bits().count_ones()
+        t_in.beyond(t_out).count_zeros()
     };
     2 * met > 3 * who.count_ones() * (by_one(&packets[first]) + by_one(&packets[last]))
 }
@@ -225,10 +225,10 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
     let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
     for axis in 0..3 {
         let ((inverse, offset), (late_inverse, late_offset)) = (culls.soon[axis], culls.late[axis]);
-        t_in = sides.near(node, axis).fused(inverse, offset).max(t_in);
-        t_out = sides.far(node, axis).fused(late_inverse, late_offset).min(t_out);
+        t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
+        t_out = sides.far(node, axis).fused(late_inverse, late_offset).sooner(t_out);
     }
-    let mut children = t_in.le(t_out).bits();
+    let mut children = !t_in.beyond(t_out);
     let t_in = t_in.to_array();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
@@ -247,18 +247,18 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
         for axis in 0..3 {
             let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
-            enter = near[axis].fused(inverse, offset).max(enter);
-            leave = far[axis].fused(late_inverse, late_offset).min(leave);
+            enter = near[axis].fused(inverse, offset).later(enter);
+            leave = far[axis].fused(late_inverse, late_offset).sooner(leave);
             if LOOSE {
-                sure_in = near[axis].fused(late_inverse, late_offset).max(sure_in);
-                sure_out = far[axis].fused(inverse, offset).min(sure_out);
+                sure_in = near[axis].fused(late_inverse, late_offset).later(sure_in);
+                sure_out = far[axis].fused(inverse, offset).sooner(sure_out);
             }
         }
         visit.boxes(who.count_ones());
-        let met_by = enter.le(leave).bits() & who;
+        let met_by = !enter.beyond(leave) & who;
         met |= u64::from(met_by) << (LANES * c);
         if LOOSE {
-            unsure |= u64::from(met_by & !sure_in.le(sure_out).bits()) << (LANES * c);
+            unsure |= u64::from(met_by & sure_in.beyond(sure_out)) << (LANES * c);
         }
     }
     while LOOSE && unsure != 0 {
@@ -269,11 +269,11 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
         for axis in 0..3 {
             let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
-            enter = near[axis].fused(inverse, offset).max(enter);
-            leave = far[axis].fused(inverse, offset).min(leave);
+            enter = near[axis].fused(inverse, offset).later(enter);
+            leave = far[axis].fused(inverse, offset).sooner(leave);
         }
         visit.boxes(packet.live().count_ones());
-        met &= !(u64::from(enter.le(leave).bits() == 0) << pair);
+        met &= !(u64::from(enter.beyond(leave) == !0) << pair);
     }
     let mut push = |c: usize| {
         let who = (met >> (LANES * c)) as u8;

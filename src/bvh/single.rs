@@ -56,10 +56,10 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
             }
             let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
             for axis in 0..3 {
-                t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).max(t_in);
-                t_out = sides.far(node, axis).fused(inverse[axis], offset[axis]).min(t_out);
+                t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).later(t_in);
+                t_out = sides.far(node, axis).fused(inverse[axis], offset[axis]).sooner(t_out);
             }
-            let mut met = t_in.le(t_out).bits();
+            let mut met = !t_in.beyond(t_out);
             if met != 0 {
                 let c = met.trailing_zeros() as usize & (LANES - 1);
                 met &= met - 1;

@@ -74,10 +74,10 @@ fn meets<B: Scalar>(packet: &Packet<B>, node: &Node<B>, slot: usize) -> bool {
         let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
         let low = B::Lane::splat(node.planes[axis][slot]).fused(inverse, offset);
         let high = B::Lane::splat(node.planes[axis + 3][slot]).fused(inverse, offset);
-        enter = low.min(high).max(enter);
-        leave = low.max(high).min(leave);
+        enter = low.min(high).later(enter);
+        leave = low.max(high).sooner(leave);
     }
-    enter.le(leave).any()
+    enter.beyond(leave) != !0
 }
 
 /// The ray that says in which order boxes are looked at, in every lane.

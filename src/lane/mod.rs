@@ -15,8 +15,8 @@ pub use vec3::Vec3;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
-use wide::u32x8;
 pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
+use wide::{i32x8, i64x8, u32x8};
 
 /// Lanes in a packet.
 pub const LANES: usize = 8;
@@ -248,6 +248,14 @@ pub trait Lane:
     fn min(self, other: Self) -> Self;
     /// The larger; `other` where either is NaN. One instruction.
     fn max(self, other: Self) -> Self;
+    /// The smaller of two distances; something below zero if one is. This and the next two take numbers from 0 on by their bits, which
+    /// are in order as whole numbers are: an operation of one cycle on machines where [`Lane::min`] takes four. (-0 is below zero, and
+    /// a NaN is below zero or beyond infinity, by its sign.)
+    fn sooner(self, other: Self) -> Self;
+    /// The larger of two distances, of which `other` is not below zero.
+    fn later(self, other: Self) -> Self;
+    /// A bit for each lane where this distance, which is not below zero, is larger than `other`.
+    fn beyond(self, other: Self) -> u8;
     /// `self < other`, false on NaN.
     fn lt(self, other: Self) -> Mask<Self>;
     /// `self <= other`, false on NaN.
@@ -342,7 +350,7 @@ mask_table!(MASKS_32, u32, 8);
 mask_table!(MASKS_64, u64, 8);
 
 macro_rules! impl_lane {
-    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr) => {
+    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr, $bits:ty) => {
         impl Lane for $lane {
             type Scalar = $scalar;
 
@@ -401,6 +409,21 @@ macro_rules! impl_lane {
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.fast_max(other)
+            }
+            #[inline(always)]
+            fn sooner(self, other: Self) -> Self {
+                let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
+                bytemuck::cast(a.min(b))
+            }
+            #[inline(always)]
+            fn later(self, other: Self) -> Self {
+                let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
+                bytemuck::cast(a.max(b))
+            }
+            #[inline(always)]
+            fn beyond(self, other: Self) -> u8 {
+                let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
+                a.simd_gt(b).to_bitmask() as u8
             }
             #[inline(always)]
             fn lt(self, other: Self) -> Mask<Self> {
@@ -465,8 +488,8 @@ macro_rules! impl_lane {
     };
 }
 
-impl_lane!(f32x8, f32, MASKS_32, narrow, widen);
-impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x);
+impl_lane!(f32x8, f32, MASKS_32, narrow, widen, i32x8);
+impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x, i64x8);
 
 #[inline(always)]
 fn narrow(lanes: f64x8) -> f32x8 {
@@ -500,6 +523,12 @@ mod tests {
         // The new value first, the bound second: NaN loses.
         assert_eq!(nan.min(a).to_array(), a.to_array());
         assert_eq!(nan.max(a).to_array(), a.to_array());
+        let (zero, huge) = (L::zero(), L::lit(f64::INFINITY));
+        assert_eq!(a.later(zero).to_array(), a.max(zero).to_array());
+        assert_eq!(a.sooner(huge).to_array(), a.to_array());
+        assert_eq!(L::lit(2.0).sooner(a).lt(zero).bits(), 0b0000_0111);
+        assert_eq!(L::lit(2.0).beyond(a), 0b0001_1111);
+        assert_eq!((zero.beyond(zero), huge.beyond(zero), zero.beyond(a)), (0, !0, 0b0000_0111));
         let powers = L::zero().pow(a);
         assert_eq!(powers.to_array()[3].to_f64(), 1.0);
         assert_eq!(powers.to_array()[4].to_f64(), 0.0);
