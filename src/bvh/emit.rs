@@ -2,9 +2,10 @@
 
 use super::binary::{Binary, Extent};
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
+use super::filling::Filling;
 use super::items::Tag;
 use super::{Bvh, Child, Node, Run};
-use crate::lane::{LANES, QUAD, Scalar, bits};
+use crate::lane::{LANES, Scalar};
 use crate::parallel;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -45,6 +46,14 @@ pub(super) fn emit<B: Scalar>(outline: &Outline, tree: &mut Bvh<B>) -> Vec<Vec<u
     whole.order
 }
 
+/// A leaf that has no rows yet.
+struct Leaf {
+    /// The child of which node it is, and which.
+    parent: (usize, usize),
+    /// Its node in the binary tree.
+    at: usize,
+}
+
 /// A subtree to be written later.
 struct Later {
     /// The child of which node it is, and which.
@@ -69,6 +78,8 @@ struct Emit<'a, B: Scalar> {
     order: Vec<Vec<u32>>,
     /// If leaves share rows, by kind and old row: its new one, or `u32::MAX` if no leaf has had it.
     place: Option<Vec<Vec<u32>>>,
+    /// By kind: leaves that have no rows yet.
+    waiting: Vec<Filling<Leaf>>,
     /// Subtrees are left for later, if they are to be.
     later: Option<Vec<Later>>,
 }
@@ -85,14 +96,15 @@ impl<'a, B: Scalar> Emit<'a, B> {
             order: rows.iter().map(|&rows| Vec::with_capacity(rows)).collect(),
             before,
             place,
+            waiting: rows.iter().map(|_| Filling::default()).collect(),
             later: None,
         }
     }
 
-    /// Emits everything.
+    /// Emits everything, or as much as is not left for later.
     fn root(&mut self) {
         if !is_leaf(self.outline.plans, 0) {
-            self.node(0, 1);
+            self.subtree(0, 1);
             return;
         }
         // The walk begins at a node.
@@ -101,6 +113,14 @@ impl<'a, B: Scalar> Emit<'a, B> {
         self.planes(&mut node, 0, 0);
         node.child[0] = self.leaf(0);
         self.nodes.push(node);
+    }
+
+    /// Emits node `at` of the binary tree and all below it.
+    fn subtree(&mut self, at: usize, depth: usize) {
+        self.node(at, depth);
+        for kind in 0..self.waiting.len() {
+            while self.next_leaf(kind) {}
+        }
     }
 
     /// Emits node `at` of the binary tree as a node at `depth` and returns its number.
@@ -115,15 +135,8 @@ impl<'a, B: Scalar> Emit<'a, B> {
         }
         self.nodes.push(node);
         self.depth = self.depth.max(depth);
-        let mut leaves = 0u8;
-        for (k, &child) in children.iter().enumerate() {
-            leaves |= u8::from(is_leaf(plans, child)) << k;
-        }
-        // A node's leaves lie together, in the order that parts the fewest of them over two fours of rows.
-        while leaves != 0 {
-            let k = self.next_leaf(children, leaves);
-            leaves &= !(1 << k);
-            self.nodes[number].child[k] = self.leaf(children[k]);
+        for (k, &at) in children.iter().enumerate().filter(|(_, child)| is_leaf(plans, **child)) {
+            self.wait((number, k), at);
         }
         for (k, &at) in children.iter().enumerate().filter(|(_, child)| !is_leaf(plans, **child)) {
             let (parent, depth) = ((number, k), depth + 1);
@@ -151,7 +164,7 @@ impl<'a, B: Scalar> Emit<'a, B> {
         let part = |later: &Later| {
             let mut part = Self::new(outline, &later.rows, later.before.clone());
             part.nodes.reserve_exact(later.rows.iter().sum::<usize>() / ITEMS_PER_NODE);
-            part.node(later.at, later.depth);
+            part.subtree(later.at, later.depth);
             part
         };
         let parts: Vec<Self> = later.par_iter().map(part).collect();
@@ -213,29 +226,34 @@ impl<'a, B: Scalar> Emit<'a, B> {
         }
     }
 
-    /// The largest of `leaves`, bits of `children`, that fits into what is left of four rows, or the largest: single rays are
-    /// tested against four rows at a time.
-    fn next_leaf(&self, children: &[usize], leaves: u8) -> usize {
-        let mut best = (0, 0);
-        for k in bits(leaves) {
-            let binary = self.outline.binary;
-            let (first, count) = binary.nodes[children[k]].tags();
-            let kind = Tag::of(&binary.items[first as usize]).kind();
-            let room = QUAD - self.next_row(usize::from(kind)) as usize % QUAD;
-            let count = count as usize;
-            let worth = if count <= room { 2 * MAX_LEAF + count } else { count };
-            if worth > best.0 {
-                best = (worth, k);
-            }
+    /// The items of a leaf.
+    #[inline(always)]
+    fn items_of(&self, at: usize) -> &'a [Extent] {
+        let (first, count) = self.outline.binary.nodes[at].tags();
+        &self.outline.binary.items[first as usize..(first + count) as usize]
+    }
+
+    /// Has a leaf, a child of `parent`, wait for its rows among those of its kind.
+    fn wait(&mut self, parent: (usize, usize), at: usize) {
+        let items = self.items_of(at);
+        let kind = usize::from(Tag::of(&items[0]).kind());
+        self.waiting[kind].push(items.len(), Leaf { parent, at });
+        if self.waiting[kind].is_full() {
+            self.next_leaf(kind);
         }
-        best.1
+    }
+
+    /// Gives rows to one of the waiting leaves of a kind; false if none waits.
+    fn next_leaf(&mut self, kind: usize) -> bool {
+        let row = self.next_row(kind) as usize;
+        let Some(Leaf { parent: (number, k), at }) = self.waiting[kind].pop(row) else { return false };
+        self.nodes[number].child[k] = self.leaf(at);
+        true
     }
 
     /// A row that several items share, piece by piece, gets its place where it first comes.
     fn leaf(&mut self, at: usize) -> Child {
-        let binary = self.outline.binary;
-        let (first, count) = binary.nodes[at].tags();
-        let extents = &binary.items[first as usize..(first + count) as usize];
+        let extents = self.items_of(at);
         let mut tags = [Tag::of(&Extent::EMPTY); MAX_LEAF];
         tags[..extents.len()].iter_mut().zip(extents).for_each(|(tag, extent)| *tag = Tag::of(extent));
         let mut tags = &mut tags[..extents.len()];

@@ -6,6 +6,7 @@ mod binary;
 mod build;
 mod collapse;
 mod emit;
+mod filling;
 mod group;
 mod items;
 mod node;
