@@ -250,7 +250,8 @@ pub trait Lane:
     fn max(self, other: Self) -> Self;
     /// The smaller of two distances; something below zero if one is. This and the next two take numbers from 0 on by their bits, which
     /// are in order as whole numbers are: an operation of one cycle on machines where [`Lane::min`] takes four. (-0 is below zero, and
-    /// a NaN is below zero or beyond infinity, by its sign.)
+    /// a NaN is below zero or beyond infinity, by its sign. AVX2 has none for whole numbers of 64 bits: there doubles are taken as
+    /// they are, -0 is 0, and a NaN gives way to `other`, but is beyond anything.)
     fn sooner(self, other: Self) -> Self;
     /// The larger of two distances, of which `other` is not below zero.
     fn later(self, other: Self) -> Self;
@@ -350,7 +351,7 @@ mask_table!(MASKS_32, u32, 8);
 mask_table!(MASKS_64, u64, 8);
 
 macro_rules! impl_lane {
-    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr, $bits:ty) => {
+    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr, ($bits:ty, $by_bits:expr)) => {
         impl Lane for $lane {
             type Scalar = $scalar;
 
@@ -413,17 +414,17 @@ macro_rules! impl_lane {
             #[inline(always)]
             fn sooner(self, other: Self) -> Self {
                 let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
-                bytemuck::cast(a.min(b))
+                if $by_bits { bytemuck::cast(a.min(b)) } else { Lane::min(self, other) }
             }
             #[inline(always)]
             fn later(self, other: Self) -> Self {
                 let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
-                bytemuck::cast(a.max(b))
+                if $by_bits { bytemuck::cast(a.max(b)) } else { Lane::max(self, other) }
             }
             #[inline(always)]
             fn beyond(self, other: Self) -> u8 {
                 let (a, b): ($bits, $bits) = (bytemuck::cast(self), bytemuck::cast(other));
-                a.simd_gt(b).to_bitmask() as u8
+                if $by_bits { a.simd_gt(b).to_bitmask() as u8 } else { (!self.le(other)).bits() }
             }
             #[inline(always)]
             fn lt(self, other: Self) -> Mask<Self> {
@@ -488,8 +489,8 @@ macro_rules! impl_lane {
     };
 }
 
-impl_lane!(f32x8, f32, MASKS_32, narrow, widen, i32x8);
-impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x, i64x8);
+impl_lane!(f32x8, f32, MASKS_32, narrow, widen, (i32x8, true));
+impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x, (i64x8, cfg!(target_feature = "avx512f")));
 
 #[inline(always)]
 fn narrow(lanes: f64x8) -> f32x8 {
