@@ -185,9 +185,8 @@ impl<'a, B: Scalar> Emit<'a, B> {
 
     /// Rows below node `at` of the binary tree, by kind, if no two leaves share one.
     fn rows_below(&self, at: usize) -> Vec<usize> {
-        let (first, count) = self.outline.binary.nodes[at].tags();
         let mut rows = vec![0; self.order.len()];
-        for item in &self.outline.binary.items[first as usize..(first + count) as usize] {
+        for item in self.items_below(at) {
             rows[usize::from(Tag::of(item).kind())] += 1;
         }
         rows
@@ -226,16 +225,16 @@ impl<'a, B: Scalar> Emit<'a, B> {
         }
     }
 
-    /// The items of a leaf.
+    /// The items of node `at` of the binary tree.
     #[inline(always)]
-    fn items_of(&self, at: usize) -> &'a [Extent] {
+    fn items_below(&self, at: usize) -> &'a [Extent] {
         let (first, count) = self.outline.binary.nodes[at].tags();
         &self.outline.binary.items[first as usize..(first + count) as usize]
     }
 
     /// Has a leaf, a child of `parent`, wait for its rows among those of its kind.
     fn wait(&mut self, parent: (usize, usize), at: usize) {
-        let items = self.items_of(at);
+        let items = self.items_below(at);
         let kind = usize::from(Tag::of(&items[0]).kind());
         self.waiting[kind].push(items.len(), Leaf { parent, at });
         if self.waiting[kind].is_full() {
@@ -253,7 +252,7 @@ impl<'a, B: Scalar> Emit<'a, B> {
 
     /// A row that several items share, piece by piece, gets its place where it first comes.
     fn leaf(&mut self, at: usize) -> Child {
-        let extents = self.items_of(at);
+        let extents = self.items_below(at);
         let mut tags = [Tag::of(&Extent::EMPTY); MAX_LEAF];
         tags[..extents.len()].iter_mut().zip(extents).for_each(|(tag, extent)| *tag = Tag::of(extent));
         let mut tags = &mut tags[..extents.len()];
