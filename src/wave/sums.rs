@@ -41,14 +41,16 @@ impl Sums {
         let in_order = each_lane(|k| first.wrapping_add(k as u32)) == *sink;
         let mask = Mask::<f64x8>::from_bits(lanes);
         for (column, light) in self.rgb.iter_mut().zip([light.x, light.y, light.z]) {
-            let light = light.to_f64s();
+            let light = mask.keep(light.to_f64s());
             // Rays that are still in the order of their pixels add as a packet.
             if in_order && let Some(sums) = column[first as usize..].first_chunk_mut::<LANES>() {
-                *sums = (f64x8::from_array(*sums) + mask.keep(light)).to_array();
-            } else {
-                let light = light.to_array();
-                for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-                    column[sink[k] as usize] += light[k];
+                *sums = (f64x8::from_array(*sums) + light).to_array();
+                continue;
+            }
+            // Idle lanes add nothing: which they are changes from packet to packet, and to guess it wrongly takes longer than to add.
+            for (&sink, light) in sink.iter().zip(light.to_array()) {
+                if let Some(sum) = column.get_mut(sink as usize) {
+                    *sum += light;
                 }
             }
         }
