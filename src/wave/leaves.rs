@@ -58,21 +58,22 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             return changed;
         }
         // (Live rays are waiting for something.)
-        let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
-        let mut found = [0; GROUP];
+        let mut changed = 0;
+        let mut take = |leaves: &Self, packets: &mut [Packet<B>], k: usize, found: u8| {
+            if found != 0 {
+                packets[k].found(found, leaves.queries[k].t, ANY);
+                changed |= 1 << k;
+            }
+        };
         if run.kind == INSTANCE {
-            found = self.instances(run, 0, &live);
+            let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
+            let found = self.instances(run, 0, &live);
+            bits(which).for_each(|k| take(self, packets, k, found[k]));
         } else {
             for k in bits(which) {
-                let lanes = live[k];
-                found[k] = if noted { self.run(run, k, lanes) } else { self.composites(run, k, lanes) };
-            }
-        }
-        let mut changed = 0;
-        for k in bits(which) {
-            if found[k] != 0 {
-                packets[k].found(found[k], self.queries[k].t, ANY);
-                changed |= 1 << k;
+                let lanes = packets[k].live();
+                let found = if noted { self.run(run, k, lanes) } else { self.composites(run, k, lanes) };
+                take(self, packets, k, found);
             }
         }
         if ANY && changed != 0 {
