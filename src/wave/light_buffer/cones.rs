@@ -17,6 +17,8 @@ use glam::DVec3;
 pub struct Cones {
     /// Of what the light is beside.
     all: Vec<Cone>,
+    /// Some are not balls.
+    boxed: bool,
     /// What it is in the box of.
     around: Vec<Run>,
     regions: Regions,
@@ -52,14 +54,16 @@ impl Cones {
     pub fn of<S: Scalar>(casters: &Casters, bounded: &[Caster], location: DVec3) -> Self {
         let slack = slack_at::<S>(location, casters);
         let regions = Regions::of(casters, location, slack);
-        let mut cones = Self { all: Vec::new(), around: Vec::new(), regions };
+        let mut cones = Self { all: Vec::new(), boxed: false, around: Vec::new(), regions };
         for caster in bounded {
             let (min, max) = relative(caster, location, slack);
             if min.max(-max).max_element() <= 0.0 {
                 cones.regions.enter(caster, location, slack);
                 cones.around.push(run(caster));
             } else {
-                cones.all.push(Cone::of(caster, location, slack));
+                let cone = Cone::of(caster, location, slack);
+                cones.boxed |= cone.corners.is_some();
+                cones.all.push(cone);
             }
         }
         cones
@@ -76,7 +80,7 @@ impl Cones {
         lanes: u8,
         known: &mut Known,
     ) {
-        let way = Way::of(way);
+        let way = Way::of(way, self.boxed);
         let (mut met, mut blocked) = (0u8, 0u8);
         for cone in &self.all {
             let (cosine, within) = cone.holds(&way, lanes);
@@ -99,7 +103,7 @@ impl Cones {
         for caster in &self.around {
             test(caster, lanes);
         }
-        let way = Way::of(way);
+        let way = Way::of(way, self.boxed);
         for cone in &self.all {
             let (_, within) = cone.holds(&way, lanes);
             if within != 0 {
@@ -122,11 +126,12 @@ struct Way {
 }
 
 impl Way {
-    /// By their unit directions and lengths.
+    /// By their unit directions and lengths. Only for boxes they need inverses.
     #[inline(always)]
-    fn of<L: Lane>((dir, length): (Vec3<L>, L)) -> Self {
+    fn of<L: Lane>((dir, length): (Vec3<L>, L), boxed: bool) -> Self {
         let dir = dir.cast::<f32x8>();
-        Self { dir, inverse: dir.slab_inverse(), length: length.cast() }
+        let inverse = if boxed { dir.slab_inverse() } else { Vec3::default() };
+        Self { dir, inverse, length: length.cast() }
     }
 }
 
