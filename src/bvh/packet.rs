@@ -171,23 +171,40 @@ pub(super) struct Units<B: Scalar> {
     pub late: [Crossing<B::Lane>; 3],
 }
 
-/// The least and the most of a number over the live rays of each packet, a packet a lane. Lanes of packets without a live
-/// ray hold anything.
-#[inline(always)]
-fn ends<B: Scalar>(packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> B::Lane) -> [B::Lane; 2] {
-    let mut rows = [B::Lane::zero(); LANES];
-    for (row, packet) in rows.iter_mut().zip(packets) {
-        let (x, live) = (column(packet), packet.live());
-        *row = x;
-        if live != !0 {
-            let first = x.lanes()[live.trailing_zeros() as usize & (LANES - 1)];
-            *row = Mask::from_bits(live).select(x, B::Lane::splat(first));
+/// Which rays of up to eight packets are alive.
+pub(super) struct Alive<B: Scalar> {
+    live: [Mask<B::Lane>; LANES],
+    /// The lane of the first.
+    first: [usize; LANES],
+}
+
+impl<B: Scalar> Alive<B> {
+    #[inline(always)]
+    pub fn of(packets: &[Packet<B>]) -> Self {
+        let mut alive = Self { live: [Mask::all_set(); LANES], first: [0; LANES] };
+        for (k, packet) in packets.iter().enumerate().take(LANES) {
+            alive.live[k] = packet.far.ge(B::Lane::zero());
+            alive.first[k] = packet.live().trailing_zeros() as usize & (LANES - 1);
         }
+        alive
     }
-    let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
-    let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
-    let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
-    [least, most]
+
+    /// The least and the most of a number over the live rays of each packet, a packet a lane. Lanes of packets without a live
+    /// ray hold anything.
+    #[inline(always)]
+    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> [B::Lane; 2] {
+        // Packets that are not there are the last: how many there are, and in which all rays live, would be guessed.
+        let last = packets.len().saturating_sub(1);
+        let mut rows = [B::Lane::zero(); LANES];
+        for (k, row) in rows.iter_mut().enumerate() {
+            let x = column(&packets[k.min(last)]);
+            *row = self.live[k].select(*x, B::Lane::splat(x.lanes()[self.first[k]]));
+        }
+        let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
+        let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
+        let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
+        [least, most]
+    }
 }
 
 /// What bounds the directions of up to eight packets, a packet a lane; by axis, least and most.
@@ -197,8 +214,9 @@ pub(super) struct Directions<B: Scalar> {
 }
 
 impl<B: Scalar> Directions<B> {
-    pub fn of(packets: &[Packet<B>]) -> Self {
-        Self { inverse: [0, 1, 2].map(|axis| ends(packets, |packet| packet.inverse[axis])) }
+    /// Of `packets`, at least one.
+    pub fn of(packets: &[Packet<B>], alive: &Alive<B>) -> Self {
+        Self { inverse: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.inverse[axis])) }
     }
 
     /// By axis, the packets all of whose rays go backward; packets whose rays go several ways, and those of them that part along
@@ -219,14 +237,14 @@ impl<B: Scalar> Directions<B> {
 
     /// The same for all packets of `which` together.
     pub fn spread_of(&self, which: u8) -> f64 {
-        self.inverse
-            .iter()
-            .map(|&both| {
-                let [a, b] = around(which, both);
-                (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()
-            })
-            .sum()
+        spread(self.inverse.map(|both| around(which, both)))
     }
+}
+
+/// The widths of directions' components, summed, by the least and the most of their inverses.
+#[inline(always)]
+fn spread<B: Scalar>(inverse: [[B; 2]; 3]) -> f64 {
+    inverse.iter().map(|[a, b]| (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()).sum()
 }
 
 /// What bounds the live rays of up to eight packets, a packet a lane; by axis, least and most.
@@ -245,9 +263,9 @@ const COMMON_ROUNDINGS: f64 = 16.0;
 
 impl<B: Scalar> Bounds<B> {
     /// Of packets by their own starts.
-    pub fn of(packets: &[Packet<B>], directions: &Directions<B>) -> Self {
+    pub fn of(packets: &[Packet<B>], alive: &Alive<B>, directions: &Directions<B>) -> Self {
         Self {
-            origin: [0, 1, 2].map(|axis| ends(packets, |packet| packet.origin[axis])),
+            origin: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.origin[axis])),
             inverse: directions.inverse,
         }
     }
@@ -255,7 +273,7 @@ impl<B: Scalar> Bounds<B> {
     /// The same by the start that the packets of `which` have in common, if they do; and how far off that may be.
     pub fn common(
         bvh: &Bvh<B>,
-        packets: &[Packet<B>],
+        (packets, alive): (&[Packet<B>], &Alive<B>),
         which: u8,
         directions: &Directions<B>,
     ) -> Option<(Self, B)> {
@@ -269,7 +287,7 @@ impl<B: Scalar> Bounds<B> {
         if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
             return None;
         }
-        let mut eye = [0, 1, 2].map(|axis| ends(packets, |packet| packet.eye[axis]));
+        let mut eye = [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.eye[axis]));
         let ends_of = eye.map(|both| around(which, both).map(B::to_f64));
         let reach = ends_of.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
         let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
@@ -335,6 +353,17 @@ pub(super) struct Interval<B> {
 pub(super) type Crossing<L> = (L, L);
 
 impl<B: Scalar> Interval<B> {
+    /// Of the rays `lanes` of one packet, at least one.
+    pub fn of(packet: &Packet<B>, lanes: u8) -> Self {
+        let both = |x: B::Lane| around(lanes, [x, x]);
+        Self { origin: packet.origin.map(both), inverse: packet.inverse.map(both) }
+    }
+
+    /// How far apart their directions are: the widths of their components, summed.
+    pub fn spread(&self) -> f64 {
+        spread(self.inverse)
+    }
+
     /// By axis: crossings no ray of the group has before, and none after. (Where they are negative the planes lie behind
     /// some ray, and only the sign holds; more is not asked of them.)
     #[allow(clippy::type_complexity, reason = "a pair of threes has no better name")]

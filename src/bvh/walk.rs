@@ -5,7 +5,7 @@
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
 use super::group::{Group, OnePacket, walk_group, walk_packet};
-use super::packet::{Bounds, Directions, Frame, Packet};
+use super::packet::{Alive, Bounds, Directions, Frame, Interval, Packet};
 use super::single::walk_lanes;
 use super::small::walk_small;
 use super::stack::{Entry, Stack};
@@ -97,7 +97,8 @@ pub fn walk<B: Scalar>(
         }
         return;
     }
-    let directions = Directions::of(packets);
+    let alive = Alive::of(packets);
+    let directions = Directions::of(packets, &alive);
     let (backward, mixed, mut scattered) = directions.octants();
     // A scattered packet among others may be a bend in a mirror, where going by octants still pays: asked packet by packet, mirror
     // rays took 1 to 3 % more instructions.
@@ -115,9 +116,9 @@ pub fn walk<B: Scalar>(
     if waiting == 0 {
         return;
     }
-    let common = Bounds::common(bvh, packets, waiting, &directions);
+    let common = Bounds::common(bvh, (packets, &alive), waiting, &directions);
     let frame = if common.is_some() { Frame::Common } else { Frame::Own };
-    let (bounds, pad) = common.unwrap_or_else(|| (Bounds::of(packets, &directions), B::default()));
+    let (bounds, pad) = common.unwrap_or_else(|| (Bounds::of(packets, &alive, &directions), B::default()));
     while waiting != 0 {
         let first = waiting.trailing_zeros();
         let (mut octant, mut group) = (0u8, waiting);
@@ -176,12 +177,10 @@ fn walk_mixed<B: Scalar>(
         let others = Mask::<B::Lane>::from_bits(!lanes);
         let kept = packets[number].far;
         packets[number].far = others.select(B::Lane::lit(-1.0), kept);
-        let alone = &packets[number..=number];
-        let directions = Directions::of(alone);
-        if directions.spread_of(1) > switches.packet_spread {
+        let interval = Interval::of(&packets[number], lanes);
+        if interval.spread() > switches.packet_spread {
             walk_lanes(bvh, packets, number, lanes, stack, visit);
         } else {
-            let interval = Bounds::of(alone, &directions).lane(0);
             let octant = packets[number].octant_of(first);
             let start = Entry { near: B::default(), child: Child::ROOT, who: lanes };
             let least_lanes = switches.least_lanes;
