@@ -19,6 +19,8 @@ pub trait Visit<B: Scalar> {
     /// Tests the primitives of `run` against one ray, the state of whose packet is given, and which looks up to `far`: the new
     /// `far`.
     fn single(&mut self, run: &Run, ray: &Self::Lone, state: &Packet<B>, far: B) -> B;
+    /// True if some kind's rows are worth asking for ahead.
+    fn prefetches(&self) -> bool;
     /// Asks the memory for the first rows of `run`, which will soon be tested.
     fn prefetch(&self, run: &Run);
     /// Eight lanes were held against boxes, so many of them with something to hold.

@@ -112,6 +112,11 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     }
 
     #[inline(always)]
+    fn prefetches(&self) -> bool {
+        self.scene.has_triangles()
+    }
+
+    #[inline(always)]
     fn prefetch(&self, run: &Run) {
         if run.kind < COMPOSITE {
             self.scene.columns.with(run.kind, Prefetch(run.first as usize));
