@@ -114,8 +114,8 @@ pub fn first_and_last(mask: u8) -> (usize, usize) {
 /// Numbers of `yes` where the bit is set, of `no` elsewhere.
 #[inline(always)]
 pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
-    let mask = &MASKS_32[usize::from(bits)];
-    each_lane(|k| (yes[k] & mask[k]) | (no[k] & !mask[k]))
+    let [yes, no] = [yes, no].map(|numbers| f32x8::from(numbers.map(f32::from_bits)));
+    Mask::<f32x8>::from_bits(bits).select(yes, no).to_array().map(f32::to_bits)
 }
 
 /// The highest number of the lanes, none of which is NaN.
@@ -327,31 +327,8 @@ pub trait Lane:
     fn mask_from_bits(bits: u8) -> Self;
 }
 
-/// Per-lane bit patterns of every 8-bit mask, so that bits become a vector mask with one load.
-macro_rules! mask_table {
-    ($name:ident, $uint:ty, $n:expr) => {
-        static $name: [[$uint; LANES]; 256] = {
-            let mut table = [[0; LANES]; 256];
-            let mut bits = 0;
-            while bits < 256 {
-                let mut lane = 0;
-                while lane < LANES {
-                    if bits >> lane & 1 == 1 {
-                        table[bits][lane] = <$uint>::MAX;
-                    }
-                    lane += 1;
-                }
-                bits += 1;
-            }
-            table
-        };
-    };
-}
-mask_table!(MASKS_32, u32, 8);
-mask_table!(MASKS_64, u64, 8);
-
 macro_rules! impl_lane {
-    ($lane:ty, $scalar:ty, $masks:ident, $from_f64s:expr, $to_f64s:expr, ($bits:ty, $by_bits:expr)) => {
+    ($lane:ty, $scalar:ty, $from_f64s:expr, $to_f64s:expr, ($bits:ty, $by_bits:expr)) => {
         impl Lane for $lane {
             type Scalar = $scalar;
 
@@ -483,14 +460,16 @@ macro_rules! impl_lane {
             }
             #[inline(always)]
             fn mask_from_bits(bits: u8) -> Self {
-                bytemuck::cast($masks[usize::from(bits)])
+                // (Tables of all masks would take half of a first-level cache.)
+                let own = <$bits>::from([1, 2, 4, 8, 16, 32, 64, 128]);
+                bytemuck::cast((own & <$bits>::splat(bits.into())).simd_eq(own))
             }
         }
     };
 }
 
-impl_lane!(f32x8, f32, MASKS_32, narrow, widen, (i32x8, true));
-impl_lane!(f64x8, f64, MASKS_64, |x| x, |x| x, (i64x8, cfg!(target_feature = "avx512f")));
+impl_lane!(f32x8, f32, narrow, widen, (i32x8, true));
+impl_lane!(f64x8, f64, |x| x, |x| x, (i64x8, cfg!(target_feature = "avx512f")));
 
 #[inline(always)]
 fn narrow(lanes: f64x8) -> f32x8 {
