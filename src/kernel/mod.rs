@@ -66,8 +66,8 @@ impl<L: Lane> Rays<L> {
     #[inline(always)]
     pub fn set(&mut self, origin: &Vec3<L>, dir: &Vec3<L>) {
         let Self { origin: from, dir: along } = self;
-        (from.x, from.y, from.z) = (origin.x, origin.y, origin.z);
-        (along.x, along.y, along.z) = (dir.x, dir.y, dir.z);
+        (from.x, from.y, from.z) = (origin.x.whole(), origin.y.whole(), origin.z.whole());
+        (along.x, along.y, along.z) = (dir.x.whole(), dir.y.whole(), dir.z.whole());
     }
 }
 

@@ -212,6 +212,14 @@ pub trait Lane:
     /// Exact.
     fn to_f64s(self) -> f64x8;
 
+    /// The same, handed on through a register. (From memory to memory the compiler copies 64 bytes as two halves on some machines that
+    /// have lanes so wide, and who then loads all of them waits until both halves have reached the cache. For copies that are
+    /// soon read.)
+    #[allow(clippy::eq_op, reason = "an operation that changes nothing, which memory has none of")]
+    #[inline(always)]
+    fn whole(self) -> Self {
+        self | self
+    }
     /// Rounded to another precision; exact towards the wider.
     #[inline(always)]
     fn cast<M: Lane>(self) -> M {

@@ -110,7 +110,7 @@ impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
                 continue;
             }
             let left = (on != 0).then_some(&left);
-            let looking = Looking { from: query.t_min, to: query.t, lanes };
+            let looking = Looking { from: query.t_min.whole(), to: query.t.whole(), lanes };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
             tested += 1;
             // (Nothing is nearer than a miss, which is NaN.)

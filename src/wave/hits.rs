@@ -169,11 +169,11 @@ fn resolve_kind<S: Scalar, B: Scalar>(
         return resolve_instances(scene, query, rows, mask.bits());
     }
     if kind & PART == 0 {
-        return scene.columns.with(kind, Resolve { rows, mask, rays: &query.rays, t: query.t });
+        return scene.columns.with(kind, Resolve { rows, mask: &mask, rays: &query.rays, t: &query.t });
     }
     let mut room = None;
     let (rays, t) = (query.rays.in_double(&mut room), query.t.to_f64s());
-    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: mask.cast(), rays, t });
+    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: &mask.cast(), rays, t: &t });
     Surfaces {
         point: found.point.cast(),
         normal: found.normal.cast(),
@@ -201,16 +201,16 @@ pub fn seen_from_inside<S: Scalar, B: Scalar>(
 
 struct Resolve<'a, L> {
     rows: &'a [u32; LANES],
-    mask: Mask<L>,
+    mask: &'a Mask<L>,
     rays: &'a Rays<L>,
-    t: L,
+    t: &'a L,
 }
 
 impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
     type Output = Surfaces<S::Lane>;
 
     fn block<K: Block<S>>(self, block: &K) -> Surfaces<S::Lane> {
-        block.resolve(self.rows, self.mask, self.rays, self.t)
+        block.resolve(self.rows, self.mask.whole(), self.rays, self.t.whole())
     }
 }
 

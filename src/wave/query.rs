@@ -71,7 +71,7 @@ impl<L: Lane> Query<L> {
         self.left = lines.left;
         self.part = lines.part;
         self.t_min = Mask::from_bits(free).select(L::zero(), reach);
-        self.t = t_max;
+        self.t = t_max.whole();
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = free != !0;
@@ -83,7 +83,7 @@ impl<L: Lane> Query<L> {
         self.rays.set(&rays.origin, &rays.dir);
         self.left = [NO_SURFACE; LANES];
         self.part = [0; LANES];
-        (self.t_min, self.t) = (from, to);
+        (self.t_min, self.t) = (from.whole(), to.whole());
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = false;

@@ -151,7 +151,7 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let looking = Looking { from: query.t_min, to: query.t, lanes: lanes & !gone };
+            let looking = Looking { from: query.t_min.whole(), to: query.t.whole(), lanes: lanes & !gone };
             let t = block.first(row as usize, &query.rays, view, left, &looking);
             tested += 1;
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);

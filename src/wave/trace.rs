@@ -9,7 +9,7 @@ use super::sharpen::sharpen;
 use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Geometry, class};
 use crate::csg::Stretch;
-use crate::lane::Scalar;
+use crate::lane::{Lane, Scalar};
 
 /// Buffers for tracing, one set a thread.
 #[derive(Default)]
@@ -148,7 +148,7 @@ impl<B: Scalar> Tracer<B> {
                 *packet = Packet::idle();
                 continue;
             }
-            packet.aim(&scene.bvh, &query.rays, query.t, lanes);
+            packet.aim(&scene.bvh, &query.rays, query.t.whole(), lanes);
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         if ANY {
