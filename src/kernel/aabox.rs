@@ -52,7 +52,7 @@ impl<S: Scalar> Block<S> for Boxes<S> {
     #[inline(always)]
     fn left_behind(&self, _i: usize, rays: &Rays<S::Lane>, left: &Left<S::Lane>) -> u8 {
         let part = left.part[left.on.bits().trailing_zeros() as usize & (LANES - 1)];
-        let dir = [rays.dir.x, rays.dir.y, rays.dir.z][usize::from(part >> 1) % 3];
+        let dir = *[&rays.dir.x, &rays.dir.y, &rays.dir.z][usize::from(part >> 1) % 3];
         let zero = S::Lane::zero();
         let outward = if part & 1 == 1 { dir.gt(zero) } else { dir.lt(zero) };
         (left.on_part(part) & outward).bits()

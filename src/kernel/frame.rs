@@ -142,7 +142,9 @@ impl<S: Scalar> Frames<S> {
     /// Frame `i` in every lane.
     #[inline(always)]
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
-        Frame::of(self.to_own[i].map(S::Lane::splat))
+        let [a, b, c, m @ ..] = self.to_own[i];
+        let row = |k: usize| Vec3::broadcast([m[k], m[k + 1], m[k + 2]]);
+        Frame { center: Vec3::broadcast([a, b, c]), rows: [row(0), row(3), row(6)] }
     }
 
     /// Frame `index[k]` in lane `k`.

@@ -434,7 +434,7 @@ impl<S: Scalar> Block<S> for Tori<S> {
         self.all_crossings(i, rays, left).0.map(S::Lane::from_f64s)
     }
 
-    #[inline]
+    #[inline(always)]
     fn first(
         &self,
         i: usize,

@@ -304,17 +304,18 @@ pub trait Lane:
         if y.fract() != 0.0 || !(1.0..=most).contains(&y) {
             return self.pow(Self::lit(y));
         }
-        let (mut rest, mut square, mut product) = (y as u32, self, None);
-        loop {
+        let (mut rest, mut square) = (y as u32, self);
+        while rest & 1 == 0 {
+            (rest, square) = (rest >> 1, square * square);
+        }
+        let mut product = square;
+        while rest > 1 {
+            (rest, square) = (rest >> 1, square * square);
             if rest & 1 == 1 {
-                product = Some(product.map_or(square, |p: Self| p * square));
-            }
-            rest >>= 1;
-            match (rest, product) {
-                (0, Some(product)) => return product,
-                _ => square = square * square,
+                product = product * square;
             }
         }
+        product
     }
 
     /// The sign bit of `sign` on the magnitude of `self`.
