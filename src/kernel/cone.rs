@@ -214,14 +214,15 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Cones<S, TAPERED, OPEN> {
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
     ) -> (Spans<S::Lane>, Rays<S::Lane>) {
+        let shape = Shape::<_, TAPERED> { taper: S::Lane::splat(self.taper[i]) };
+        // (A frame that is handed on lies in memory: most rays are spared that.)
+        let Some(left) = left else {
+            let own = self.frames.at(i).rays(rays);
+            return (shape.spans(&own), own);
+        };
         let frame = self.frames.at(i);
         let own = frame.rays(rays);
-        let shape = Shape::<_, TAPERED> { taper: S::Lane::splat(self.taper[i]) };
-        let spans = match left {
-            None => shape.spans(&own),
-            Some(left) => shape.spans_left(&own, left, &frame, rays),
-        };
-        (spans, own)
+        (shape.spans_left(&own, left, &frame, rays), own)
     }
 }
 
