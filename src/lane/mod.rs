@@ -296,13 +296,18 @@ pub trait Lane:
     /// `self^y` for `self >= 0`: `0^0 = 1`, `0^y = 0` for `y > 0`.
     fn pow(self, y: Self) -> Self;
 
+    #[doc(hidden)]
+    #[inline(never)]
+    fn pow_apart(self, y: f64) -> Self {
+        self.pow(Self::lit(y))
+    }
     /// The same for one exponent in all lanes: by squaring where that is a small whole number, at most `y` roundings.
-    #[inline]
+    #[inline(always)]
     fn pow_const(self, y: f64) -> Self {
         // Few enough roundings to vanish in a picture: 2^-43 of the result in double precision, 2^-18 in single.
         let most = if Self::Scalar::UNIT_ROUNDOFF < f64::from(f32::EPSILON) / 2.0 { 1024.0 } else { 64.0 };
         if y.fract() != 0.0 || !(1.0..=most).contains(&y) {
-            return self.pow(Self::lit(y));
+            return self.pow_apart(y);
         }
         let (mut rest, mut square) = (y as u32, self);
         while rest & 1 == 0 {
