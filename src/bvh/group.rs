@@ -230,7 +230,6 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
     }
     let mut children = !t_in.beyond(t_out);
     let t_in = t_in.to_array();
-    // Which children are leaves would be guessed, and only some kinds' rows are asked for.
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
@@ -241,8 +240,7 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
         let child = node.child[c];
         match child.only_run() {
             Some(run) if fetches => visit.prefetch(&run),
-            // (For other leaves the first node, which is always there.)
-            _ => bvh.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch(),
+            _ => bvh.prefetch(child),
         }
         let (near, far) = sides.of_child(node, c);
         let (mut enter, mut leave) = (B::Lane::zero(), fars);

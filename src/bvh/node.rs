@@ -157,6 +157,13 @@ impl<B: Scalar> Node<B> {
 }
 
 impl<B: Scalar> Bvh<B> {
+    /// Asks the memory for the node that a child is; for leaves the first node, which is always there: which children are
+    /// leaves would have to be guessed.
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        self.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch();
+    }
+
     /// Bytes of nodes and runs.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.runs[..])

@@ -176,15 +176,19 @@ pub(super) struct Alive<B: Scalar> {
     live: [Mask<B::Lane>; LANES],
     /// The lane of the first.
     first: [usize; LANES],
+    /// Packets with one at least.
+    pub packets: u8,
 }
 
 impl<B: Scalar> Alive<B> {
     #[inline(always)]
     pub fn of(packets: &[Packet<B>]) -> Self {
-        let mut alive = Self { live: [Mask::all_set(); LANES], first: [0; LANES] };
+        let mut alive = Self { live: [Mask::all_set(); LANES], first: [0; LANES], packets: 0 };
         for (k, packet) in packets.iter().enumerate().take(LANES) {
-            alive.live[k] = packet.far.ge(B::Lane::zero());
-            alive.first[k] = packet.live().trailing_zeros() as usize & (LANES - 1);
+            let live = packet.far.ge(B::Lane::zero());
+            alive.live[k] = live;
+            alive.first[k] = live.bits().trailing_zeros() as usize & (LANES - 1);
+            alive.packets |= u8::from(live.any()) << k;
         }
         alive
     }

@@ -68,11 +68,8 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     continue;
                 }
                 let t_in = t_in.to_array();
-                // (For leaves the first node, which is always there: a branch would cost more than leaves' rows would gain.)
-                let prefetch = |c: usize| {
-                    let child = node.child[c];
-                    bvh.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch();
-                };
+                // (Not for leaves' rows: a branch would cost more than they would gain.)
+                let prefetch = |c: usize| bvh.prefetch(node.child[c]);
                 prefetch(c);
                 let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
                 if V::ANY {

@@ -87,17 +87,14 @@ pub fn walk<B: Scalar>(
         stack.0.resize(room, Entry { near: B::default(), child: Child::NONE, who: 0 });
     }
     let (stack, switches) = (&mut stack.0[..], Switches::of(traversal, bvh.together));
-    let mut waiting = 0u8;
-    for (k, packet) in packets.iter().enumerate() {
-        waiting |= u8::from(packet.live() != 0) << k;
-    }
+    let alive = Alive::of(packets);
+    let mut waiting = alive.packets;
     if switches.packet_spread < 0.0 {
         for k in bits(waiting) {
             walk_lanes(bvh, packets, k, packets[k].live(), stack, visit);
         }
         return;
     }
-    let alive = Alive::of(packets);
     let directions = Directions::of(packets, &alive);
     let (backward, mixed, mut scattered) = directions.octants();
     // A scattered packet among others may be a bend in a mirror, where going by octants still pays: asked packet by packet, mirror

@@ -66,8 +66,8 @@ impl<L: Lane> Rays<L> {
     #[inline(always)]
     pub fn set(&mut self, origin: &Vec3<L>, dir: &Vec3<L>) {
         let Self { origin: from, dir: along } = self;
-        (from.x, from.y, from.z) = (origin.x.whole(), origin.y.whole(), origin.z.whole());
-        (along.x, along.y, along.z) = (dir.x.whole(), dir.y.whole(), dir.z.whole());
+        (from.x, from.y, from.z) = (origin.x.in_register(), origin.y.in_register(), origin.z.in_register());
+        (along.x, along.y, along.z) = (dir.x.in_register(), dir.y.in_register(), dir.z.in_register());
     }
 }
 

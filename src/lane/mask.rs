@@ -32,12 +32,6 @@ impl<L: Lane> Mask<L> {
         Self::from_bits(if n >= 8 { !0 } else { (1 << n) - 1 })
     }
 
-    /// See [`Lane::whole`].
-    #[inline(always)]
-    pub fn whole(self) -> Self {
-        Self(self.0.whole())
-    }
-
     /// A bit per lane; lane 0 is the lowest.
     #[inline(always)]
     pub fn bits(self) -> u8 {

@@ -217,7 +217,7 @@ pub trait Lane:
     /// soon read.)
     #[allow(clippy::eq_op, reason = "an operation that changes nothing, which memory has none of")]
     #[inline(always)]
-    fn whole(self) -> Self {
+    fn in_register(self) -> Self {
         self | self
     }
     /// Rounded to another precision; exact towards the wider.

@@ -41,9 +41,9 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     // Constructive geometry is done in double precision in every mode.
     let mut room = None;
     let rays = query.rays.in_double(&mut room);
-    let t_min = query.t_min.to_f64s().whole();
+    let t_min = query.t_min.to_f64s().in_register();
     let mut best = Best {
-        t: query.t.to_f64s().whole(),
+        t: query.t.to_f64s().in_register(),
         surface: query.surface,
         first_part: scene.first_part,
         ranks: &scene.ranks,

@@ -7,7 +7,7 @@ use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
 use crate::csg::{Composite, Scratch, Stretch};
-use crate::kernel::{Block, Left, Looking, Rays, View};
+use crate::kernel::{Block, Left, Rays, View};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane, f64x8};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -110,8 +110,7 @@ impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
                 continue;
             }
             let left = (on != 0).then_some(&left);
-            let looking = Looking { from: query.t_min.whole(), to: query.t.whole(), lanes };
-            let t = block.first(row as usize, &query.rays, view, left, &looking);
+            let t = block.first(row as usize, &query.rays, view, left, &query.looking(lanes));
             tested += 1;
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;

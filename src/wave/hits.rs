@@ -119,7 +119,7 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::La
     let kinds = each_number(&surfaces, |surface| scene.kind_of(surface));
     if kinds == [kinds[0]; LANES] {
         let rows = rows_of(scene, kinds[0], &surfaces);
-        return resolve_kind(scene, query, kinds[0], &rows, Mask::from_bits(hits));
+        return resolve_kind(scene, query, kinds[0], &rows, hits);
     }
     let mut all = Surfaces::default();
     let mut waiting = hits;
@@ -131,10 +131,9 @@ pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::La
         }
         same &= waiting;
         waiting &= !same;
-        let mask = Mask::<S::Lane>::from_bits(same);
         let rows = rows_of(scene, kinds[first], &choose(same, &surfaces, &[surfaces[first]; LANES]));
-        let found = resolve_kind(scene, query, kinds[first], &rows, mask);
-        all.put(&found, mask);
+        let found = resolve_kind(scene, query, kinds[first], &rows, same);
+        all.put(&found, Mask::from_bits(same));
     }
     all
 }
@@ -163,17 +162,17 @@ fn resolve_kind<S: Scalar, B: Scalar>(
     query: &Query<S::Lane>,
     kind: u8,
     rows: &[u32; LANES],
-    mask: Mask<S::Lane>,
+    lanes: u8,
 ) -> Surfaces<S::Lane> {
     if kind == INSTANCE {
-        return resolve_instances(scene, query, rows, mask.bits());
+        return resolve_instances(scene, query, rows, lanes);
     }
     if kind & PART == 0 {
-        return scene.columns.with(kind, Resolve { rows, mask: &mask, rays: &query.rays, t: &query.t });
+        return scene.columns.with(kind, Resolve { rows, lanes, rays: &query.rays, t: &query.t });
     }
     let mut room = None;
     let (rays, t) = (query.rays.in_double(&mut room), query.t.to_f64s());
-    let found = scene.parts.with(kind & !PART, Resolve { rows, mask: &mask.cast(), rays, t: &t });
+    let found = scene.parts.with(kind & !PART, Resolve { rows, lanes, rays, t: &t });
     Surfaces {
         point: found.point.cast(),
         normal: found.normal.cast(),
@@ -201,7 +200,7 @@ pub fn seen_from_inside<S: Scalar, B: Scalar>(
 
 struct Resolve<'a, L> {
     rows: &'a [u32; LANES],
-    mask: &'a Mask<L>,
+    lanes: u8,
     rays: &'a Rays<L>,
     t: &'a L,
 }
@@ -210,7 +209,7 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
     type Output = Surfaces<S::Lane>;
 
     fn block<K: Block<S>>(self, block: &K) -> Surfaces<S::Lane> {
-        block.resolve(self.rows, self.mask.whole(), self.rays, self.t.whole())
+        block.resolve(self.rows, Mask::from_bits(self.lanes), self.rays, self.t.in_register())
     }
 }
 

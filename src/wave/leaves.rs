@@ -58,22 +58,21 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             return changed;
         }
         // (Live rays are waiting for something.)
-        let mut changed = 0;
-        let mut take = |leaves: &Self, packets: &mut [Packet<B>], k: usize, found: u8| {
-            if found != 0 {
-                packets[k].found(found, leaves.queries[k].t, ANY);
-                changed |= 1 << k;
-            }
-        };
+        let mut in_instances = [0; GROUP];
         if run.kind == INSTANCE {
             let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
-            let found = self.instances(run, 0, &live);
-            bits(which).for_each(|k| take(self, packets, k, found[k]));
-        } else {
-            for k in bits(which) {
-                let lanes = packets[k].live();
-                let found = if noted { self.run(run, k, lanes) } else { self.composites(run, k, lanes) };
-                take(self, packets, k, found);
+            in_instances = self.instances(run, 0, &live);
+        }
+        let mut changed = 0;
+        for k in bits(which) {
+            let found = match run.kind {
+                INSTANCE => in_instances[k],
+                _ if noted => self.run(run, k, packets[k].live()),
+                _ => self.composites(run, k, packets[k].live()),
+            };
+            if found != 0 {
+                packets[k].found(found, self.queries[k].t, ANY);
+                changed |= 1 << k;
             }
         }
         if ANY && changed != 0 {

@@ -2,7 +2,7 @@
 
 use super::queue::Lines;
 use crate::compile::{NO_SURFACE, SurfaceId};
-use crate::kernel::{Ranks, Rays};
+use crate::kernel::{Looking, Ranks, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};
 use glam::DVec3;
 
@@ -71,7 +71,7 @@ impl<L: Lane> Query<L> {
         self.left = lines.left;
         self.part = lines.part;
         self.t_min = Mask::from_bits(free).select(L::zero(), reach);
-        self.t = t_max.whole();
+        self.t = t_max.in_register();
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = free != !0;
@@ -83,7 +83,7 @@ impl<L: Lane> Query<L> {
         self.rays.set(&rays.origin, &rays.dir);
         self.left = [NO_SURFACE; LANES];
         self.part = [0; LANES];
-        (self.t_min, self.t) = (from.whole(), to.whole());
+        (self.t_min, self.t) = (from.in_register(), to.in_register());
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = false;
@@ -112,6 +112,12 @@ impl<L: Lane> Query<L> {
     #[inline(always)]
     pub fn starts_within(&self, first: SurfaceId, len: u32) -> bool {
         self.starts && lanes_within(&self.left, first, len) != 0
+    }
+
+    /// Where the rays `lanes` look for something.
+    #[inline(always)]
+    pub fn looking(&self, lanes: u8) -> Looking<L> {
+        Looking { from: self.t_min.in_register(), to: self.t.in_register(), lanes }
     }
 
     /// Lanes that start on `surface`.

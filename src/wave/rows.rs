@@ -4,7 +4,7 @@ use super::outlined::Outlined;
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Run};
 use crate::compile::{SurfaceId, WithBlock};
-use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ranks, Ray, View};
+use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray, View};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits, choose};
 use smallvec::SmallVec;
 
@@ -151,8 +151,7 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let looking = Looking { from: query.t_min.whole(), to: query.t.whole(), lanes: lanes & !gone };
-            let t = block.first(row as usize, &query.rays, view, left, &looking);
+            let t = block.first(row as usize, &query.rays, view, left, &query.looking(lanes & !gone));
             tested += 1;
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {

@@ -148,7 +148,7 @@ impl<B: Scalar> Tracer<B> {
                 *packet = Packet::idle();
                 continue;
             }
-            packet.aim(&scene.bvh, &query.rays, query.t.whole(), lanes);
+            packet.aim(&scene.bvh, &query.rays, query.t.in_register(), lanes);
         }
         walk(&scene.bvh, packets, stack, &mut leaves, *traversal);
         if ANY {
