@@ -17,6 +17,7 @@ mod reinsert;
 mod single;
 mod small;
 mod stack;
+mod stream;
 mod visit;
 mod walk;
 

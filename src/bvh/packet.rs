@@ -100,6 +100,15 @@ impl<B: Scalar> Packet<B> {
         self.far = Mask::from_bits(lanes).select(far, self.far);
     }
 
+    /// The ray in a lane looks no farther than `far`. (A number is written where eight will be read, who then wait for it: not where
+    /// nothing has changed.)
+    #[inline(always)]
+    pub(super) fn shorten(&mut self, lane: usize, far: B) {
+        if far != self.far.lanes()[lane] {
+            self.far.lanes_mut()[lane] = far;
+        }
+    }
+
     /// Where the ray in a lane really starts.
     #[inline(always)]
     fn eye_of(&self, lane: usize) -> DVec3 {
@@ -223,23 +232,22 @@ impl<B: Scalar> Directions<B> {
         Self { inverse: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.inverse[axis])) }
     }
 
-    /// By axis, the packets all of whose rays go backward; packets whose rays go several ways, and those of them that part along
-    /// two axes or all three.
-    pub fn octants(&self) -> ([u8; 3], u8, u8) {
+    /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
+    pub fn octants(&self) -> ([u8; 3], u8) {
         let zero = B::Lane::zero();
         let backward = self.inverse.map(|[_, most]| most.lt(zero).bits());
         let [x, y, z] = [0, 1, 2].map(|axis| self.inverse[axis][0].lt(zero).bits() & !backward[axis]);
-        (backward, x | y | z, (x & y) | (y & z) | (z & x))
+        (backward, x | y | z)
     }
 
-    /// How far apart each packet's directions are: the widths of their components, summed.
-    pub fn spread(&self) -> B::Lane {
+    /// Packets whose directions are farther apart than `spread`: see [`Directions::spread_of`].
+    pub fn wider_than(&self, spread: f64) -> u8 {
         let one = B::Lane::lit(1.0);
         let [x, y, z] = self.inverse.map(|[a, b]| (one / a - one / b).abs());
-        x + y + z
+        (!(x + y + z).le(B::Lane::lit(spread))).bits()
     }
 
-    /// The same for all packets of `which` together.
+    /// How far apart the directions of the packets of `which` are: the widths of their components, summed.
     pub fn spread_of(&self, which: u8) -> f64 {
         spread(self.inverse.map(|both| around(which, both)))
     }
@@ -361,11 +369,6 @@ impl<B: Scalar> Interval<B> {
     pub fn of(packet: &Packet<B>, lanes: u8) -> Self {
         let both = |x: B::Lane| around(lanes, [x, x]);
         Self { origin: packet.origin.map(both), inverse: packet.inverse.map(both) }
-    }
-
-    /// How far apart their directions are: the widths of their components, summed.
-    pub fn spread(&self) -> f64 {
-        spread(self.inverse)
     }
 
     /// By axis: crossings no ray of the group has before, and none after. (Where they are negative the planes lie behind

@@ -129,7 +129,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
             }
         }
     }
-    packet.far.lanes_mut()[lane] = far;
+    packet.shorten(lane, far);
 }
 
 /// In rising order.

@@ -5,15 +5,38 @@ use crate::lane::{LANES, Lane, Scalar};
 
 /// What is still to be looked at; kept between walks so that nothing is allocated.
 #[derive(Debug, Default)]
-pub struct Stack<B: Scalar>(pub(super) Vec<Entry<B>>);
+pub struct Stack<B: Scalar> {
+    packets: Vec<Entry<B>>,
+    rays: Vec<Entry<B, u64>>,
+}
+
+/// What waits for packets or lanes of a packet, and what waits for rays of several packets.
+pub(super) type Stacks<'a, B> = (&'a mut [Entry<B>], &'a mut [Entry<B, u64>]);
 
 /// A node or a leaf that waits.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry<B> {
+pub(super) struct Entry<B, W = u8> {
     pub near: B,
     pub child: Child,
-    /// The packets of a group, or the lanes of a packet, that may meet it.
-    pub who: u8,
+    /// The packets of a group, the lanes of a packet, or the lanes of eight packets, a byte for each, that may meet it.
+    pub who: W,
+}
+
+impl<B: Scalar> Stack<B> {
+    /// Both with room for walks of a tree so deep.
+    #[inline(always)]
+    pub(super) fn for_depth(&mut self, depth: usize) -> Stacks<'_, B> {
+        let left_behind = (LANES - 1) * depth + 1;
+        // A group leaves entries on each level, and so do the packet and the single ray that follow it.
+        (with_room(&mut self.packets, 3 * left_behind), with_room(&mut self.rays, left_behind))
+    }
+}
+
+fn with_room<B: Scalar, W: Default + Copy>(stack: &mut Vec<Entry<B, W>>, room: usize) -> &mut [Entry<B, W>] {
+    if stack.len() < room {
+        stack.resize(room, Entry { near: B::default(), child: Child::NONE, who: W::default() });
+    }
+    stack
 }
 
 /// Which planes of a node a ray meets first and last, by axis.

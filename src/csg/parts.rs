@@ -2,7 +2,7 @@
 
 use super::CsgTree;
 use super::plan::Rules;
-use crate::lane::LANES;
+use crate::lane::{LANES, bits_of_many};
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
@@ -87,14 +87,8 @@ impl PartSet for Few {
     }
 
     #[inline(always)]
-    fn each(mut self) -> impl Iterator<Item = u32> {
-        std::iter::from_fn(move || {
-            let part = self.trailing_zeros();
-            (self != 0).then(|| {
-                self &= self - 1;
-                part
-            })
-        })
+    fn each(self) -> impl Iterator<Item = u32> {
+        bits_of_many(self).map(|part| part as u32)
     }
 
     fn rules(tree: &CsgTree) -> &Rules<Self> {

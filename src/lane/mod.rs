@@ -92,6 +92,18 @@ pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The set bits of eight bytes, lowest first.
+#[inline(always)]
+pub fn bits_of_many(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let k = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            k
+        })
+    })
+}
+
 /// The set bits of a byte, highest first.
 #[inline(always)]
 pub fn bits_from_last(mut mask: u8) -> impl Iterator<Item = usize> {
