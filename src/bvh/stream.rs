@@ -28,21 +28,26 @@ pub(super) fn walk_stream<B: Scalar>(
     let who = bits(which).fold(0, |who, k| who | u64::from(packets[k].live()) << (LANES * k));
     waiting[0] = Entry { near: B::default(), child: start, who };
     let mut top = 1;
+    // Rays that do not look as far any more as they did: others need not be asked.
+    let mut shortened = 0;
     while top > 0 {
         top -= 1;
         let Entry { near, child, who } = waiting[top];
-        let who = still_looking(packets, who, near);
+        let who = who & !done_before(packets, who & shortened, near);
         if who.count_ones() < LEAST_TOGETHER {
             for ray in bits_of_many(who) {
                 let (number, lane) = place_of(ray);
-                walk_single(bvh, &mut packets[number], number, lane, child, stack, visit);
+                let packet = &mut packets[number];
+                let known = packet.far.lanes()[lane];
+                walk_single(bvh, packet, number, lane, child, stack, visit);
+                shortened |= u64::from(packet.far.lanes()[lane] != known) << ray;
             }
             continue;
         }
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    test(run, who, packets, visit);
+                    shortened |= test(run, who, packets, visit);
                 }
             });
             continue;
@@ -69,17 +74,17 @@ fn place_of(ray: usize) -> (usize, usize) {
     ((ray / LANES) & (LANES - 1), ray % LANES)
 }
 
-/// Those of the rays `who` that look as far as `near`: others have found something nearer since.
+/// Those of the rays `who` that do not look as far as `near`.
 #[inline(always)]
-fn still_looking<B: Scalar>(packets: &[Packet<B>], who: u64, near: B) -> u64 {
+fn done_before<B: Scalar>(packets: &[Packet<B>], who: u64, near: B) -> u64 {
     let near = B::Lane::splat(near);
-    let (mut looking, mut rest) = (0, who);
+    let (mut done, mut rest) = (0, who);
     while rest != 0 {
         let (number, _) = place_of(rest.trailing_zeros() as usize);
-        looking |= u64::from(near.le(packets[number].far).bits()) << (LANES * number);
+        done |= u64::from(packets[number].far.lt(near).bits()) << (LANES * number);
         rest &= !lanes_of(number);
     }
-    who & looking
+    who & done
 }
 
 /// The rays of a packet.
@@ -121,9 +126,10 @@ fn meet<B: Scalar>(
     (met_by.to_array().map(f64::to_bits), nearest.to_array())
 }
 
-/// Tests the primitives of `run` against the rays `who`.
+/// Tests the primitives of `run` against the rays `who`: those that may look less far now.
 #[inline(always)]
-fn test<B: Scalar>(run: &Run, who: u64, packets: &mut [Packet<B>], visit: &mut impl Visit<B>) {
+fn test<B: Scalar>(run: &Run, who: u64, packets: &mut [Packet<B>], visit: &mut impl Visit<B>) -> u64 {
+    let mut shortened = 0;
     let (mut whole, mut lone) = (0, who);
     for number in 0..packets.len().min(LANES) {
         let lanes = lanes_of(number);
@@ -133,7 +139,7 @@ fn test<B: Scalar>(run: &Run, who: u64, packets: &mut [Packet<B>], visit: &mut i
         }
     }
     if whole != 0 {
-        visit.packets(run, whole, packets);
+        shortened = bits(visit.packets(run, whole, packets)).fold(0, |rays, number| rays | lanes_of(number));
     }
     for ray in bits_of_many(lone) {
         let (number, lane) = place_of(ray);
@@ -143,6 +149,8 @@ fn test<B: Scalar>(run: &Run, who: u64, packets: &mut [Packet<B>], visit: &mut i
         if known >= B::default() {
             let far = visit.single(run, &lone, packet, known);
             packet.shorten(lane, far);
+            shortened |= u64::from(far != known) << ray;
         }
     }
+    shortened
 }

@@ -63,7 +63,7 @@ const GROUP_SPREAD: f64 = 1.0;
 const PACKET_SPREAD: f64 = 2.0;
 /// With fewer rays than this they go singly. (A knot's diffuse rays with 3, 4, 5 and 6: 1.27, 1.28, 1.30 and 1.31 of the speed without
 /// streams.)
-pub(super) const LEAST_TOGETHER: u32 = 5;
+pub(super) const LEAST_TOGETHER: u32 = 6;
 
 /// Walks up to eight packets through the tree.
 pub fn walk<B: Scalar>(
