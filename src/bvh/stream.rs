@@ -6,10 +6,9 @@
 //! Transactions on Graphics 33(4)). Where few rays are left they go on singly.
 
 use super::packet::Packet;
-use super::single::walk_single;
+use super::single::{LEAST_TOGETHER, walk_single};
 use super::stack::{Entry, Order, Stacks};
 use super::visit::Visit;
-use super::walk::LEAST_TOGETHER;
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many, f64x8};
 

@@ -6,7 +6,7 @@
 
 use super::group::{Group, OnePacket, walk_group, walk_packet};
 use super::packet::{Alive, Bounds, Directions, Frame, Interval, Packet};
-use super::single::walk_lanes;
+use super::single::{LEAST_TOGETHER, walk_lanes};
 use super::small::walk_small;
 use super::stack::{Entry, Stack};
 use super::stream::walk_stream;
@@ -61,9 +61,6 @@ impl Switches {
 const GROUP_SPREAD: f64 = 1.0;
 /// Packets wider than this go as streams.
 const PACKET_SPREAD: f64 = 2.0;
-/// With fewer rays than this they go singly. (A knot's diffuse rays with 3, 4, 5 and 6: 1.27, 1.28, 1.30 and 1.31 of the speed without
-/// streams.)
-pub(super) const LEAST_TOGETHER: u32 = 6;
 
 /// Walks up to eight packets through the tree.
 pub fn walk<B: Scalar>(
