@@ -100,13 +100,15 @@ impl<B: Scalar> Packet<B> {
         self.far = Mask::from_bits(lanes).select(far, self.far);
     }
 
-    /// The ray in a lane looks no farther than `far`. (A number is written where eight will be read, who then wait for it: not where
-    /// nothing has changed.)
+    /// The ray in a lane looks no farther than `far`: whether it did before. (A number is written where eight will be read, who then
+    /// wait for it: not where nothing has changed.)
     #[inline(always)]
-    pub(super) fn shorten(&mut self, lane: usize, far: B) {
-        if far != self.far.lanes()[lane] {
+    pub(super) fn shorten(&mut self, lane: usize, far: B) -> bool {
+        let shorter = far != self.far.lanes()[lane];
+        if shorter {
             self.far.lanes_mut()[lane] = far;
         }
+        shorter
     }
 
     /// Where the ray in a lane really starts.
@@ -363,6 +365,17 @@ pub(super) struct Interval<B> {
 
 /// A plane's crossing is `plane * .0 + .1`.
 pub(super) type Crossing<L> = (L, L);
+
+/// What of rays of any octant, from `enter` to `leave`, lies between two planes that they cross so.
+#[inline(always)]
+pub(super) fn between<L: Lane>(
+    [low, high]: [L; 2],
+    (inverse, offset): Crossing<L>,
+    (enter, leave): (L, L),
+) -> (L, L) {
+    let (a, b) = (low.fused(inverse, offset), high.fused(inverse, offset));
+    (a.min(b).later(enter), a.max(b).sooner(leave))
+}
 
 impl<B: Scalar> Interval<B> {
     /// Of the rays `lanes` of one packet, at least one.

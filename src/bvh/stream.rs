@@ -5,7 +5,7 @@
 //! that walks alone waits for each of its own (Barringer and Akenine-Möller 2014, Dynamic ray stream traversal, ACM
 //! Transactions on Graphics 33(4)). Where few rays are left they go on singly.
 
-use super::packet::Packet;
+use super::packet::{Packet, between};
 use super::single::{LEAST_TOGETHER, walk_single};
 use super::stack::{Entry, Order, Stacks};
 use super::visit::Visit;
@@ -36,10 +36,8 @@ pub(super) fn walk_stream<B: Scalar>(
         if who.count_ones() < LEAST_TOGETHER {
             for ray in bits_of_many(who) {
                 let (number, lane) = place_of(ray);
-                let packet = &mut packets[number];
-                let known = packet.far.lanes()[lane];
-                walk_single(bvh, packet, number, lane, child, stack, visit);
-                shortened |= u64::from(packet.far.lanes()[lane] != known) << ray;
+                let shorter = walk_single(bvh, &mut packets[number], number, lane, child, stack, visit);
+                shortened |= u64::from(shorter) << ray;
             }
             continue;
         }
@@ -112,10 +110,7 @@ fn meet<B: Scalar>(
             // Numbers are read where they stand: to move eight of them for one costs a stall.
             let inverse = B::Lane::splat(packet.inverse[axis].lanes()[lane]);
             let offset = B::Lane::splat(packet.offset[axis].lanes()[lane]);
-            let low = planes[axis].fused(inverse, offset);
-            let high = planes[axis + 3].fused(inverse, offset);
-            t_in = low.min(high).later(t_in);
-            t_out = low.max(high).sooner(t_out);
+            (t_in, t_out) = between([planes[axis], planes[axis + 3]], (inverse, offset), (t_in, t_out));
         }
         visit.boxes(node.children());
         let met = t_in.le(t_out);
@@ -147,8 +142,7 @@ fn test<B: Scalar>(run: &Run, who: u64, packets: &mut [Packet<B>], visit: &mut i
         // A ray that any hit ends may be done by now.
         if known >= B::default() {
             let far = visit.single(run, &lone, packet, known);
-            packet.shorten(lane, far);
-            shortened |= u64::from(far != known) << ray;
+            shortened |= u64::from(packet.shorten(lane, far)) << ray;
         }
     }
     shortened

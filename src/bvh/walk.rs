@@ -79,14 +79,14 @@ pub fn walk<B: Scalar>(
         return;
     }
     let (stack, rays) = stack.for_depth(bvh.depth);
-    let (switches, alive) = (Switches::of(traversal, bvh.together), Alive::of(packets));
-    let mut waiting = alive.packets;
     if traversal == Traversal::Single {
-        for k in bits(waiting) {
+        for k in 0..packets.len() {
             walk_lanes(bvh, packets, k, packets[k].live(), stack, visit);
         }
         return;
     }
+    let (switches, alive) = (Switches::of(traversal, bvh.together), Alive::of(packets));
+    let mut waiting = alive.packets;
     let directions = Directions::of(packets, &alive);
     let (backward, mixed) = directions.octants();
     let mut apart = waiting & mixed;

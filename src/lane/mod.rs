@@ -308,11 +308,6 @@ pub trait Lane:
     /// `self^y` for `self >= 0`: `0^0 = 1`, `0^y = 0` for `y > 0`.
     fn pow(self, y: Self) -> Self;
 
-    #[doc(hidden)]
-    #[inline(never)]
-    fn pow_apart(self, y: f64) -> Self {
-        self.pow(Self::lit(y))
-    }
     /// The same for one exponent in all lanes: by squaring where that is a small whole number, at most `y` roundings.
     #[inline(always)]
     fn pow_const(self, y: f64) -> Self {
@@ -333,6 +328,13 @@ pub trait Lane:
             }
         }
         product
+    }
+
+    /// [`Lane::pow`] for one exponent, called: inlined, it would weigh down every place where a power is mostly squared.
+    #[doc(hidden)]
+    #[inline(never)]
+    fn pow_apart(self, y: f64) -> Self {
+        self.pow(Self::lit(y))
     }
 
     /// The sign bit of `sign` on the magnitude of `self`.
