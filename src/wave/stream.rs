@@ -6,7 +6,7 @@ use super::trace::Tracer;
 use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, prefetch};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -78,6 +78,18 @@ impl RayStream {
     /// Length of a ray's direction as it was given.
     fn length(&self, row: usize) -> f64 {
         self.lengths.get(row / LANES).map_or(1.0, |lengths| lengths.lanes()[row % LANES])
+    }
+
+    /// Asks the memory for packet number `number`, if there is one.
+    #[inline(always)]
+    fn prefetch(&self, number: usize) {
+        if let Some(StreamPacket { rays: Rays { origin, dir }, t_near, .. }) = self.packets.get(number) {
+            // (A line holds two columns of single precision.)
+            prefetch(&origin.x);
+            prefetch(&origin.z);
+            prefetch(&dir.y);
+            prefetch(t_near);
+        }
     }
 
     /// Packet number `number`, of which `lanes` are rays, in the space that has its zero at `origin` (see
@@ -190,6 +202,7 @@ fn trace_group<S: Scalar, B: Scalar>(
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
         stream.aim(first / LANES + k, lanes, scene.origin, query);
+        stream.prefetch(first / LANES + k + GROUP);
     }
     match stream.query {
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
