@@ -48,12 +48,26 @@ pub(super) struct Sides {
 
 impl Sides {
     #[inline(always)]
-    pub fn of(octant: u8) -> Self {
-        let backward = [0, 1, 2].map(|axis| 3 * usize::from(octant >> axis & 1));
-        Self {
-            near: [0, 1, 2].map(|axis| axis + backward[axis]),
-            far: [3, 4, 5].map(|k| k - backward[k - 3]),
-        }
+    pub const fn of(octant: u8) -> Self {
+        let backward = octant as usize;
+        let [x, y, z] = [3 * (backward & 1), 3 * (backward >> 1 & 1), 3 * (backward >> 2 & 1)];
+        Self { near: [x, 1 + y, 2 + z], far: [3 - x, 4 - y, 5 - z] }
+    }
+
+    /// The same, looked up.
+    #[inline(always)]
+    pub fn known(octant: u8) -> &'static Self {
+        static OF: [Sides; 8] = [
+            Sides::of(0),
+            Sides::of(1),
+            Sides::of(2),
+            Sides::of(3),
+            Sides::of(4),
+            Sides::of(5),
+            Sides::of(6),
+            Sides::of(7),
+        ];
+        &OF[usize::from(octant & 7)]
     }
 
     #[inline(always)]

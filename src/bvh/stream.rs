@@ -5,12 +5,12 @@
 //! that walks alone waits for each of its own (Barringer and Akenine-Möller 2014, Dynamic ray stream traversal, ACM
 //! Transactions on Graphics 33(4)). Where few rays are left they go on singly.
 
-use super::packet::{Packet, between};
+use super::packet::Packet;
 use super::single::{LEAST_TOGETHER, walk_single};
-use super::stack::{Entry, Order, Stacks};
+use super::stack::{Entry, Order, Sides, Stacks};
 use super::visit::Visit;
 use super::{Bvh, Child, Node, Run};
-use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many, f64x8};
+use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many, each_lane};
 
 /// So many rays of one packet are tested as a packet in leaves: eight rays against a row take as long as three or less against four
 /// rows each.
@@ -27,6 +27,7 @@ pub(super) fn walk_stream<B: Scalar>(
     let who = bits(which).fold(0, |who, k| who | u64::from(packets[k].live()) << (LANES * k));
     waiting[0] = Entry { near: B::default(), child: start, who };
     let mut top = 1;
+    let octants = octants_of(packets);
     // Rays that do not look as far any more as they did: others need not be asked.
     let mut shortened = 0;
     while top > 0 {
@@ -50,7 +51,7 @@ pub(super) fn walk_stream<B: Scalar>(
             continue;
         }
         let node = &bvh.nodes[child.index()];
-        let (met_by, nearest) = meet(node, who, packets, visit);
+        let (met_by, nearest) = meet(node, who, (packets, &octants), visit);
         let mut order = Order::default();
         for (c, &child) in node.child.iter().enumerate().take_while(|(_, child)| **child != Child::NONE) {
             if met_by[c] != 0 {
@@ -90,34 +91,65 @@ fn lanes_of(number: usize) -> u64 {
     0xff << (LANES * number)
 }
 
+/// The octants of all rays.
+#[inline(always)]
+fn octants_of<B: Scalar>(packets: &[Packet<B>]) -> [u8; RAYS] {
+    let mut octants = [0; RAYS];
+    for (packet, octants) in packets.iter().zip(octants.chunks_exact_mut(LANES)) {
+        for (lane, octant) in octants.iter_mut().enumerate() {
+            *octant = packet.octant_of(lane);
+        }
+    }
+    octants
+}
+
+/// Rays that walk together, at most.
+const RAYS: usize = LANES * LANES;
+
+/// The bit of a ray, in halves. (Merged in lanes of 32 bits: of 64 they would be as wide as a processor has them, and some do
+/// nothing beside while they are at those.)
+static BIT_OF: [[u32; 2]; RAYS] = {
+    let (mut all, mut ray) = ([[0; 2]; RAYS], 0);
+    while ray < RAYS {
+        all[ray][ray / 32] = 1 << (ray % 32);
+        ray += 1;
+    }
+    all
+};
+
 /// Holds the rays `who` against a node's boxes: child by child, which rays meet it, and where the first of them does.
 #[inline(always)]
 fn meet<B: Scalar>(
     node: &Node<B>,
     who: u64,
-    packets: &[Packet<B>],
+    (packets, octants): (&[Packet<B>], &[u8; RAYS]),
     visit: &mut impl Visit<B>,
 ) -> ([u64; LANES], [B; LANES]) {
-    let planes = node.planes.map(B::Lane::from_array);
     // A ray's bit in the lanes of the children that it meets. (Of children that are not there, too.)
-    let mut met_by = f64x8::zero();
+    let mut met_by = [B::Lane::zero(); 2];
     let mut nearest = B::Lane::lit(f64::INFINITY);
     for ray in bits_of_many(who) {
         let (number, lane) = place_of(ray);
         let packet = &packets[number];
+        let sides = Sides::known(octants[ray]);
         let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(packet.far.lanes()[lane]));
         for axis in 0..3 {
             // Numbers are read where they stand: to move eight of them for one costs a stall.
             let inverse = B::Lane::splat(packet.inverse[axis].lanes()[lane]);
             let offset = B::Lane::splat(packet.offset[axis].lanes()[lane]);
-            (t_in, t_out) = between([planes[axis], planes[axis + 3]], (inverse, offset), (t_in, t_out));
+            t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
+            t_out = sides.far(node, axis).fused(inverse, offset).sooner(t_out);
         }
         visit.boxes(node.children());
         let met = t_in.le(t_out);
-        nearest = met.select(t_in.sooner(nearest), nearest);
-        met_by ^= met.cast::<f64x8>().keep(f64x8::splat(f64::from_bits(1 << ray)));
+        nearest = met.or_never(t_in).sooner(nearest);
+        for (met_by, bits) in met_by.iter_mut().zip(BIT_OF[ray]) {
+            *met_by = *met_by | met.keep(B::Lane::splat(B::of_bits(bits)));
+        }
     }
-    (met_by.to_array().map(f64::to_bits), nearest.to_array())
+    let [low, high] = met_by.map(Lane::to_array);
+    let both = |c: usize| u64::from(low[c].as_bits()) | u64::from(high[c].as_bits()) << 32;
+    (each_lane(both), nearest.to_array())
 }
 
 /// Tests the primitives of `run` against the rays `who`: those that may look less far now.

@@ -68,6 +68,12 @@ impl<L: Lane> Mask<L> {
         self.0 & x
     }
 
+    /// A distance where set, which is not below zero; elsewhere a NaN, which is beyond any distance for [`Lane::sooner`].
+    #[inline(always)]
+    pub fn or_never(self, distance: L) -> L {
+        (distance | (!self).0).abs()
+    }
+
     /// The same answers for lanes of another width.
     #[inline(always)]
     pub fn cast<M: Lane>(self) -> Mask<M> {

@@ -153,6 +153,10 @@ pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync 
     fn to_f64(self) -> f64;
     /// For numbers that are not negative: a key in the same order, whose lowest eight bits are free.
     fn order_key(self) -> u64;
+    /// A number that stands for 32 bits, to be masked, merged and taken apart again.
+    fn of_bits(bits: u32) -> Self;
+    /// The bits that it stands for.
+    fn as_bits(self) -> u32;
 }
 
 impl Scalar for f32 {
@@ -169,6 +173,14 @@ impl Scalar for f32 {
     fn order_key(self) -> u64 {
         u64::from(self.to_bits()) << 8
     }
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        Self::from_bits(bits)
+    }
+    #[inline(always)]
+    fn as_bits(self) -> u32 {
+        self.to_bits()
+    }
 }
 
 impl Scalar for f64 {
@@ -184,6 +196,14 @@ impl Scalar for f64 {
     #[inline(always)]
     fn order_key(self) -> u64 {
         self.to_bits() & !0xff
+    }
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        Self::from_bits(bits.into())
+    }
+    #[inline(always)]
+    fn as_bits(self) -> u32 {
+        self.to_bits() as u32
     }
 }
 
