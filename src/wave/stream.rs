@@ -90,6 +90,9 @@ impl RayStream {
             prefetch(&dir.y);
             prefetch(t_near);
         }
+        if let Some(lengths) = self.lengths.get(number) {
+            prefetch(lengths);
+        }
     }
 
     /// Packet number `number`, of which `lanes` are rays, in the space that has its zero at `origin` (see
@@ -100,7 +103,8 @@ impl RayStream {
         let from = rays.origin.cast::<f64x8>() - Vec3::splat(origin);
         let (mut dir, mut limits) = (rays.dir.cast(), [t_near.cast(), t_far.cast()]);
         if let Some(&length) = self.lengths.get(number) {
-            dir = rays.dir.cast::<f64x8>().map(|x| x / length).cast();
+            let inverse = f64x8::lit(1.0) / length;
+            dir = rays.dir.cast::<f64x8>().map(|x| x * inverse).cast();
             limits = [t_near, t_far].map(|t| (t.to_f64s() * length).cast());
         }
         query.aim_free(&Rays { origin: from.cast(), dir }, limits, lanes);
