@@ -12,7 +12,7 @@ use crate::lane::{LANES, Lane, Scalar, bits};
 const MOST_NODES: usize = 8;
 
 impl<B: Scalar> Bvh<B> {
-    /// True if packets need not be of one octant: the tree is walked box by box, or not there at all.
+    /// True if the tree is walked box by box, or not there at all.
     pub fn is_small(&self) -> bool {
         self.nodes.len() <= MOST_NODES
     }

@@ -28,6 +28,14 @@ pub enum Traversal {
     Hybrid,
 }
 
+impl Traversal {
+    /// True if packets had better be of one octant. Small trees do not care, and where rays that go several ways walk as a stream
+    /// they are best left as they come: those of neighbouring pixels meet the same boxes.
+    pub fn wants_octants<B: Scalar>(self, bvh: &Bvh<B>) -> bool {
+        self != Self::Auto || bvh.together && !bvh.is_small()
+    }
+}
+
 /// When to walk how.
 #[derive(Debug, Clone, Copy)]
 struct Switches {

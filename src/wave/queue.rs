@@ -170,7 +170,7 @@ pub struct Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
-    /// An empty one; with `mixed` packets may be of several octants: what walks small trees does not care.
+    /// An empty one; with `mixed` packets may be of several octants (see [`Traversal::wants_octants`](crate::bvh::Traversal)).
     pub fn new(mixed: bool) -> Self {
         Self {
             packets: Vec::new(),

@@ -56,7 +56,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         if count {
             tracer.count();
         }
-        let mixed = shared.scene.geometry.bvh.is_small();
+        let mixed = !traversal.wants_octants(&shared.scene.geometry.bvh);
         let carriers = || Queue::new(mixed);
         Self {
             tracer,
