@@ -67,16 +67,23 @@ impl<S: Scalar> Center<S> {
         Self { at: [v.x.lanes()[0], v.y.lanes()[0], v.z.lanes()[0]], reach: 0.0 }
     }
 
-    /// The lines about it of the rays in `lanes`, which its reach then takes in.
+    /// The lines about it of rays, one packet after the other; its reach then takes in those of the lanes given.
     #[inline(always)]
-    pub fn lines(&mut self, rays: &Rays<S::Lane>, lanes: u8) -> PluckerLines {
+    pub fn each_lines<'a>(
+        &mut self,
+        packets: impl Iterator<Item = (&'a Rays<S::Lane>, u8)>,
+        mut with: impl FnMut(PluckerLines),
+    ) {
         let at = DVec3::from_array(self.at.map(S::to_f64));
-        let from: Vec3<f32x8> = (rays.origin - Vec3::splat(at)).cast();
-        let dir: Vec3<f32x8> = rays.dir.cast();
-        let reach = highest(Mask::from_bits(lanes).keep(from.dot(from))).sqrt();
-        self.reach = self.reach.max(reach);
-        let moment = from.cross(dir);
-        PluckerLines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] }
+        let mut squares = f32x8::zero();
+        for (rays, lanes) in packets {
+            let from: Vec3<f32x8> = (rays.origin - Vec3::splat(at)).cast();
+            let dir: Vec3<f32x8> = rays.dir.cast();
+            squares = Mask::from_bits(lanes).keep(from.dot(from)).max(squares);
+            let moment = from.cross(dir);
+            with(PluckerLines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] });
+        }
+        self.reach = highest(squares).sqrt();
     }
 }
 
@@ -276,7 +283,8 @@ mod tests {
             let dir = Vec3::<L>::from_fn(|k| (at[k] - origins[k]).normalize());
             let rays = Rays { origin: Vec3::from_fn(|k| origins[k]), dir };
             let mut center = Center::<L::Scalar>::at_start(&rays);
-            let lines = center.lines(&rays, !0);
+            let mut lines = PluckerLines::default();
+            center.each_lines([(&rays, !0)].into_iter(), |of_rays| lines = of_rays);
             let pair = LinePairs::of([&PluckerLines::default(), &lines]);
             let [_, [through, unsure]] = triangles.outlines(0, &center).meet(0..1, &pair);
             let t = triangles.roots_seen(0, &rays, &View::along(dir), None)[0];

@@ -34,10 +34,9 @@ impl<S: Scalar> Views<S> {
     pub fn see(&mut self, queries: &[Query<S::Lane>]) {
         let Some(first) = queries.first() else { return };
         self.center = Center::at_start(&first.rays);
-        for query in queries {
-            self.by_packet.push(View::along(query.rays.dir));
-            self.lines.push(self.center.lines(&query.rays, query.lanes));
-        }
+        self.by_packet.extend(queries.iter().map(|query| View::along(query.rays.dir)));
+        let rays = queries.iter().map(|query| (&query.rays, query.lanes));
+        self.center.each_lines(rays, |lines| self.lines.push(lines));
     }
 
     /// Of packet number `k`.
