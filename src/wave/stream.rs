@@ -35,6 +35,10 @@ pub struct StreamHits<S> {
     surface: Vec<SurfaceId>,
 }
 
+/// The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands still for
+/// more.
+const HALF: usize = GROUP / 2;
+
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 /// And so many of them before others may have the rest: left to itself, rayon cuts the work of two threads in four.
@@ -206,7 +210,9 @@ fn trace_group<S: Scalar, B: Scalar>(
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
         stream.aim(first / LANES + k, lanes, scene.origin, query);
-        stream.prefetch(first / LANES + k + GROUP);
+        if k >= HALF {
+            stream.prefetch(first / LANES + k + GROUP - HALF);
+        }
     }
     match stream.query {
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
@@ -221,7 +227,10 @@ fn trace_group<S: Scalar, B: Scalar>(
         }
     }
     let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
-    for (query, (t, surface)) in queries.iter().zip(lanes) {
+    for (k, (query, (t, surface))) in queries.iter().zip(lanes).enumerate() {
+        if k < HALF {
+            stream.prefetch(first / LANES + k + GROUP + HALF);
+        }
         copy_first(query.t.lanes(), t);
         copy_first(&query.surface, surface);
     }
