@@ -366,17 +366,6 @@ pub(super) struct Interval<B> {
 /// A plane's crossing is `plane * .0 + .1`.
 pub(super) type Crossing<L> = (L, L);
 
-/// What of rays of any octant, from `enter` to `leave`, lies between two planes that they cross so.
-#[inline(always)]
-pub(super) fn between<L: Lane>(
-    [low, high]: [L; 2],
-    (inverse, offset): Crossing<L>,
-    (enter, leave): (L, L),
-) -> (L, L) {
-    let (a, b) = (low.fused(inverse, offset), high.fused(inverse, offset));
-    (a.min(b).later(enter), a.max(b).sooner(leave))
-}
-
 impl<B: Scalar> Interval<B> {
     /// Of the rays `lanes` of one packet, at least one.
     pub fn of(packet: &Packet<B>, lanes: u8) -> Self {

@@ -3,7 +3,7 @@
 //! What a group of packets costs before it is under way (its bounds, its octants) is more than a small tree can give
 //! back. Here rays may go any way.
 
-use super::packet::{Packet, between};
+use super::packet::Packet;
 use super::visit::Visit;
 use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar, bits};
@@ -71,8 +71,10 @@ pub(super) fn walk_small<B: Scalar>(bvh: &Bvh<B>, packets: &mut [Packet<B>], vis
 fn meets<B: Scalar>(packet: &Packet<B>, node: &Node<B>, slot: usize) -> bool {
     let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
     for axis in 0..3 {
-        let planes = [axis, axis + 3].map(|k| B::Lane::splat(node.planes[k][slot]));
-        (enter, leave) = between(planes, (packet.inverse[axis], packet.offset[axis]), (enter, leave));
+        let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
+        let [a, b] = [axis, axis + 3].map(|k| B::Lane::splat(node.planes[k][slot]).fused(inverse, offset));
+        enter = a.min(b).later(enter);
+        leave = a.max(b).sooner(leave);
     }
     enter.beyond(leave) != !0
 }

@@ -32,7 +32,11 @@ impl Traversal {
     /// True if packets had better be of one octant. Small trees do not care, and where rays that go several ways walk as a stream
     /// they are best left as they come: those of neighbouring pixels meet the same boxes.
     pub fn wants_octants<B: Scalar>(self, bvh: &Bvh<B>) -> bool {
-        self != Self::Auto || bvh.together && !bvh.is_small()
+        !self.goes_box_by_box(bvh) && !Switches::of(self, bvh.together).streams
+    }
+
+    fn goes_box_by_box<B: Scalar>(self, bvh: &Bvh<B>) -> bool {
+        self == Self::Auto && bvh.is_small()
     }
 }
 
@@ -82,7 +86,7 @@ pub fn walk<B: Scalar>(
     if bvh.nodes.is_empty() {
         return;
     }
-    if traversal == Traversal::Auto && bvh.is_small() {
+    if traversal.goes_box_by_box(bvh) {
         walk_small(bvh, packets, visit);
         return;
     }

@@ -170,7 +170,7 @@ pub struct Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
-    /// An empty one; with `mixed` packets may be of several octants (see [`Traversal::wants_octants`](crate::bvh::Traversal)).
+    /// An empty one; with `mixed` packets may be of several octants (see [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
     pub fn new(mixed: bool) -> Self {
         Self {
             packets: Vec::new(),
