@@ -5,7 +5,9 @@
 //! them meet; only in between are packets tested one by one. Where few rays of a single packet are left they go on
 //! singly; where packets are wide beside the boxes, as a stream.
 
-use super::packet::{Bounds, Crossing, Frame, Interval, Packet, Units};
+use super::packet::{
+    Bounds, ByPacket, Crossing, Frame, Interval, Packet, Packets, Units, by_eights, each_packet, eight_of,
+};
 use super::single::walk_single;
 use super::stack::{Entry, Order, Sides, Stacks};
 use super::stream::walk_stream;
@@ -24,7 +26,7 @@ pub(super) struct Group<'a, B: Scalar> {
     pub least_lanes: u32,
     /// Rays go as a stream where packets are wide.
     pub streams: bool,
-    pub packets: u8,
+    pub packets: Packets,
 }
 
 impl<'a, B: Scalar> Group<'a, B> {
@@ -47,18 +49,16 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
     let sides = Sides::of(octant);
     let (soon, late) = bounds.around(how.packets).ends(octant);
     let (culls, units) = (Culls { soon, late }, bounds.units(octant));
-    let mut fars = B::Lane::lit(-1.0); // The farthest that any ray of a packet looks, a lane a packet.
-    for k in bits(how.packets) {
-        fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
-    }
-    let mut farthest = highest(fars);
+    let mut fars = Fars::none();
+    fars.look_again(how.packets, packets, frame);
     stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
     let mut top = 1;
     while top > 0 {
         top -= 1;
         let entry = stack[top];
         // Packets that have found something nearer since the entry was made drop out.
-        let who = entry.who & B::Lane::splat(entry.near).le(fars).bits();
+        let near = B::Lane::splat(entry.near);
+        let who = entry.who & by_eights(fars.by_packet, |far| near.le(far).bits());
         if who == 0 {
             continue;
         }
@@ -70,36 +70,58 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
                 }
             });
             if changed != 0 {
-                for k in bits(changed) {
-                    fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
-                }
-                farthest = highest(fars);
+                fars.look_again(changed, packets, frame);
             }
             continue;
         }
         if who & (who - 1) == 0 {
             // One packet is left: its rays are held against boxes from here on.
-            let k = who.trailing_zeros() as usize & (LANES - 1);
-            let start = Entry { who: packets[k].live(), ..entry };
+            let k = who.trailing_zeros() as usize;
+            let start = Entry { who: packets[k].live().into(), ..entry };
             walk_packet(&how.packet(k), packets, start, &mut stack[top..], visit);
-            fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
-            farthest = highest(fars);
+            fars.look_again(who, packets, frame);
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, fars, farthest));
+        let (cull_by, looking) = ((&sides, &culls), (&units, &fars.by_packet, fars.farthest));
         let (node, before) = ((bvh, entry.child), top);
-        let met = expand::<B, _, LOOSE>(node, who, cull_by, looking, packets, (stack, &mut top), visit);
+        let met = expand::<B, _, _, LOOSE>(node, who, cull_by, looking, packets, (stack, &mut top), visit);
         if how.streams
             && met > who.count_ones() * FEW_CHILDREN
             && are_wide(&bvh.nodes[entry.child.index()], &sides, packets, who, met)
         {
             top = before;
             walk_stream((bvh, entry.child), packets, who, (&mut stack[top..], waiting), visit);
-            for k in bits(who) {
-                fars = with_lane(fars, k, highest(packets[k].far_in(frame)));
-            }
-            farthest = highest(fars);
+            fars.look_again(who, packets, frame);
         }
+    }
+}
+
+/// How far a group's packets look.
+struct Fars<B: Scalar> {
+    /// The farthest that any ray of a packet looks; negative for packets that do not.
+    by_packet: ByPacket<B::Lane>,
+    /// The farthest of all.
+    farthest: B,
+}
+
+impl<B: Scalar> Fars<B> {
+    /// Of packets that do not look.
+    fn none() -> Self {
+        let none = B::from_f64(-1.0);
+        Self { by_packet: [0, 1].map(|_| B::Lane::splat(none)), farthest: none }
+    }
+
+    /// The packets of `which` may look less far than they did.
+    #[inline(always)]
+    fn look_again(&mut self, which: Packets, packets: &[Packet<B>], frame: Frame) {
+        for k in each_packet(which) {
+            let far = B::Lane::splat(highest(packets[k].far_in(frame)));
+            for (half, fars) in self.by_packet.iter_mut().enumerate() {
+                *fars = Mask::from_bits(eight_of(1 << k, half)).select(far, *fars);
+            }
+        }
+        let [a, b] = self.by_packet;
+        self.farthest = highest(a.max(b));
     }
 }
 
@@ -113,7 +135,7 @@ const FEW_CHILDREN: u32 = 3;
 /// meshes would lose 3 to 7 %.)
 #[cold]
 #[inline(never)]
-fn are_wide<B: Scalar>(node: &Node<B>, sides: &Sides, packets: &[Packet<B>], who: u8, met: u32) -> bool {
+fn are_wide<B: Scalar>(node: &Node<B>, sides: &Sides, packets: &[Packet<B>], who: Packets, met: u32) -> bool {
     if node.child.iter().any(|&child| child != Child::NONE && child.is_leaf()) {
         return false;
     }
@@ -129,7 +151,7 @@ fn are_wide<B: Scalar>(node: &Node<B>, sides: &Sides, packets: &[Packet<B>], who
         }
         t_in.beyond(t_out).count_zeros()
     };
-    2 * met > 2 * FEW_CHILDREN * who.count_ones() + 3 * bits(who).map(by_one).sum::<u32>()
+    2 * met > 2 * FEW_CHILDREN * who.count_ones() + 3 * each_packet(who).map(by_one).sum::<u32>()
 }
 
 /// One packet, and how it is looked at.
@@ -154,7 +176,7 @@ pub(super) fn walk_packet<B: Scalar>(
     let &OnePacket { bvh, number, frame, octant, .. } = how;
     let sides = Sides::of(octant);
     let (soon, late) = how.interval.ends(octant);
-    let (culls, units) = (Culls { soon, late }, packets[number].units(frame, octant, how.pad));
+    let (culls, units) = (Culls { soon, late }, [packets[number].units(frame, octant, how.pad)]);
     let mut far = packets[number].far_in(frame);
     let mut farthest = highest(far);
     stack[0] = start;
@@ -162,7 +184,7 @@ pub(super) fn walk_packet<B: Scalar>(
     while top > 0 {
         top -= 1;
         let entry = stack[top];
-        let lanes = entry.who & B::Lane::splat(entry.near).le(far).bits();
+        let lanes = eight_of(entry.who, 0) & B::Lane::splat(entry.near).le(far).bits();
         if lanes == 0 {
             continue;
         }
@@ -187,9 +209,9 @@ pub(super) fn walk_packet<B: Scalar>(
             }
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, far, farthest));
+        let (cull_by, looking) = ((&sides, &culls), (&units, &[far], farthest));
         let node = (bvh, entry.child);
-        expand::<B, _, false>(node, lanes, cull_by, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, _, false>(node, lanes.into(), cull_by, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -197,11 +219,11 @@ pub(super) fn walk_packet<B: Scalar>(
 /// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked. Returns
 /// how many pairs of a unit and a child that makes.
 #[inline(always)]
-fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
+fn expand<B: Scalar, V: Visit<B>, const N: usize, const LOOSE: bool>(
     (bvh, child): (&Bvh<B>, Child),
-    who: u8,
+    who: Packets,
     (sides, culls): (&Sides, &Culls<B>),
-    (units, fars, farthest): (&Units<B>, B::Lane, B),
+    (units, fars, farthest): (&[Units<B>; N], &[B::Lane; N], B),
     packets: &[Packet<B>],
     (stack, top): (&mut [Entry<B>], &mut usize),
     visit: &mut V,
@@ -220,7 +242,7 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
-    let (mut met, mut unsure) = (0u64, 0u64);
+    let (mut met, mut unsure) = ([0u64; N], [0u64; N]);
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
@@ -230,61 +252,64 @@ fn expand<B: Scalar, V: Visit<B>, const LOOSE: bool>(
             _ => bvh.prefetch(child),
         }
         let (near, far) = sides.of_child(node, c);
-        let (mut enter, mut leave) = (B::Lane::zero(), fars);
-        let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
-        for axis in 0..3 {
-            let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
-            enter = near[axis].fused(inverse, offset).later(enter);
-            leave = far[axis].fused(late_inverse, late_offset).sooner(leave);
+        for (half, units) in units.iter().enumerate() {
+            if N > 1 && eight_of(who, half) == 0 {
+                continue;
+            }
+            let (mut enter, mut leave) = (B::Lane::zero(), fars[half]);
+            let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
+            for axis in 0..3 {
+                let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
+                enter = near[axis].fused(inverse, offset).later(enter);
+                leave = far[axis].fused(late_inverse, late_offset).sooner(leave);
+                if LOOSE {
+                    sure_in = near[axis].fused(late_inverse, late_offset).later(sure_in);
+                    sure_out = far[axis].fused(inverse, offset).sooner(sure_out);
+                }
+            }
+            visit.boxes(eight_of(who, half).count_ones());
+            let met_by = !enter.beyond(leave) & eight_of(who, half);
+            met[half] |= u64::from(met_by) << (LANES * c);
             if LOOSE {
-                sure_in = near[axis].fused(late_inverse, late_offset).later(sure_in);
-                sure_out = far[axis].fused(inverse, offset).sooner(sure_out);
+                unsure[half] |= u64::from(met_by & sure_in.beyond(sure_out)) << (LANES * c);
             }
         }
-        visit.boxes(who.count_ones());
-        let met_by = !enter.beyond(leave) & who;
-        met |= u64::from(met_by) << (LANES * c);
-        if LOOSE {
-            unsure |= u64::from(met_by & sure_in.beyond(sure_out)) << (LANES * c);
-        }
     }
-    while LOOSE && unsure != 0 {
-        let pair = unsure.trailing_zeros() as usize;
-        unsure &= unsure - 1;
-        let packet = &packets[pair % LANES];
-        let (near, far) = sides.of_child(node, pair / LANES);
-        let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
-        for axis in 0..3 {
-            let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
-            enter = near[axis].fused(inverse, offset).later(enter);
-            leave = far[axis].fused(inverse, offset).sooner(leave);
+    for half in 0..N {
+        let mut unsure = unsure[half];
+        while LOOSE && unsure != 0 {
+            let pair = unsure.trailing_zeros() as usize;
+            unsure &= unsure - 1;
+            let packet = &packets[LANES * half + pair % LANES];
+            let (near, far) = sides.of_child(node, pair / LANES);
+            let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
+            for axis in 0..3 {
+                let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
+                enter = near[axis].fused(inverse, offset).later(enter);
+                leave = far[axis].fused(inverse, offset).sooner(leave);
+            }
+            visit.boxes(packet.live().count_ones());
+            met[half] &= !(u64::from(enter.beyond(leave) == !0) << pair);
         }
-        visit.boxes(packet.live().count_ones());
-        met &= !(u64::from(enter.beyond(leave) == !0) << pair);
     }
     let mut push = |c: usize| {
-        let who = (met >> (LANES * c)) as u8;
+        let who =
+            (0..N).fold(0, |who, half| who | ((met[half] >> (LANES * c)) as u8 as Packets) << (LANES * half));
         stack[*top] = Entry { near: t_in[c], child: node.child[c], who };
         *top += 1;
     };
-    let (mut rest, mut order) = (met, Order::default());
+    let (mut rest, mut order) = (met.iter().fold(0, |all, met| all | met), Order::default());
     while rest != 0 {
         let c = (LANES - 1).saturating_sub(rest.leading_zeros() as usize / LANES);
         rest &= !(0xff << (LANES * c));
         if V::ANY { push(c) } else { order.insert(t_in[c], c) }
     }
     order.farthest_first().for_each(push);
-    met.count_ones()
+    met.iter().map(|met| met.count_ones()).sum()
 }
 
 /// A group's bounds against eight boxes.
 struct Culls<B: Scalar> {
     soon: [Crossing<B::Lane>; 3],
     late: [Crossing<B::Lane>; 3],
-}
-
-/// `x` with `value` in lane `k`, without a way through memory.
-#[inline(always)]
-fn with_lane<L: Lane>(x: L, k: usize, value: L::Scalar) -> L {
-    Mask::<L>::from_bits(1 << k).select(L::splat(value), x)
 }

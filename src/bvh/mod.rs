@@ -28,7 +28,7 @@ pub use build::{Preset, build};
 pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
-pub use packet::Packet;
+pub use packet::{GROUP, Packet, Packets, each_packet};
 pub use stack::Stack;
 pub use visit::Visit;
 pub use walk::{Traversal, walk};

@@ -2,8 +2,38 @@
 
 use super::Bvh;
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, first_and_last};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits_of_many, first_and_last};
 use glam::DVec3;
+
+/// Packets that walk together, at most.
+pub const GROUP: usize = HALVES * LANES;
+/// A number of each of them takes so many times eight lanes.
+pub(super) const HALVES: usize = 2;
+/// A bit for each packet of a group.
+pub type Packets = u16;
+/// A bit for each ray of a group, by eights of its packets.
+pub(super) type GroupRays = [u64; HALVES];
+/// A number for each packet of a group, a packet a lane.
+pub(super) type ByPacket<L> = [L; HALVES];
+
+/// The numbers of the packets whose bit is set, lowest first.
+#[inline(always)]
+pub fn each_packet(which: Packets) -> impl Iterator<Item = usize> {
+    bits_of_many::<GROUP>(which.into())
+}
+
+/// A bit for each packet, by eight of them.
+#[inline(always)]
+pub(super) fn by_eights<L: Copy>(of: ByPacket<L>, bits: impl Fn(L) -> u8) -> Packets {
+    let both = of.map(|eight| Packets::from(bits(eight)));
+    both[0] | both[1] << LANES
+}
+
+/// The bits of eight packets.
+#[inline(always)]
+pub(super) fn eight_of(which: Packets, half: usize) -> u8 {
+    (which >> (LANES * half)) as u8
+}
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
 #[derive(Debug, Clone, Copy)]
@@ -182,50 +212,56 @@ pub(super) struct Units<B: Scalar> {
     pub late: [Crossing<B::Lane>; 3],
 }
 
-/// Which rays of up to eight packets are alive.
+/// Which rays of a group's packets are alive.
 pub(super) struct Alive<B: Scalar> {
-    live: [Mask<B::Lane>; LANES],
+    live: [Mask<B::Lane>; GROUP],
     /// The lane of the first.
-    first: [usize; LANES],
+    first: [usize; GROUP],
     /// Packets with one at least.
-    pub packets: u8,
+    pub packets: Packets,
 }
 
 impl<B: Scalar> Alive<B> {
     #[inline(always)]
     pub fn of(packets: &[Packet<B>]) -> Self {
-        let mut alive = Self { live: [Mask::all_set(); LANES], first: [0; LANES], packets: 0 };
-        for (k, packet) in packets.iter().enumerate().take(LANES) {
+        let mut alive = Self { live: [Mask::all_set(); GROUP], first: [0; GROUP], packets: 0 };
+        for (k, packet) in packets.iter().enumerate().take(GROUP) {
             let live = packet.far.ge(B::Lane::zero());
             alive.live[k] = live;
             alive.first[k] = live.bits().trailing_zeros() as usize & (LANES - 1);
-            alive.packets |= u8::from(live.any()) << k;
+            alive.packets |= Packets::from(live.any()) << k;
         }
         alive
     }
 
-    /// The least and the most of a number over the live rays of each packet, a packet a lane. Lanes of packets without a live
-    /// ray hold anything.
+    /// The least and the most of a number over the live rays of each packet. Lanes of packets without a live ray hold anything.
     #[inline(always)]
-    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> [B::Lane; 2] {
+    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B> {
         // Packets that are not there are the last: how many there are, and in which all rays live, would be guessed.
         let last = packets.len().saturating_sub(1);
-        let mut rows = [B::Lane::zero(); LANES];
-        for (k, row) in rows.iter_mut().enumerate() {
-            let x = column(&packets[k.min(last)]);
-            *row = self.live[k].select(*x, B::Lane::splat(x.lanes()[self.first[k]]));
+        let [mut least, mut most] = [[B::Lane::zero(); HALVES]; 2];
+        for half in 0..packets.len().div_ceil(LANES).min(HALVES) {
+            let mut rows = [B::Lane::zero(); LANES];
+            for (k, row) in rows.iter_mut().enumerate() {
+                let number = LANES * half + k;
+                let x = column(&packets[number.min(last)]);
+                *row = self.live[number].select(*x, B::Lane::splat(x.lanes()[self.first[number]]));
+            }
+            let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
+            least[half] = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
+            most[half] = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
         }
-        let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
-        let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
-        let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
         [least, most]
     }
 }
 
-/// What bounds the directions of up to eight packets, a packet a lane; by axis, least and most.
+/// The least and the most of a number, packet by packet.
+type Ends<B> = [ByPacket<<B as Scalar>::Lane>; 2];
+
+/// What bounds the directions of a group's packets; by axis, least and most.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Directions<B: Scalar> {
-    inverse: [[B::Lane; 2]; 3],
+    inverse: [Ends<B>; 3],
 }
 
 impl<B: Scalar> Directions<B> {
@@ -235,22 +271,24 @@ impl<B: Scalar> Directions<B> {
     }
 
     /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
-    pub fn octants(&self) -> ([u8; 3], u8) {
-        let zero = B::Lane::zero();
-        let backward = self.inverse.map(|[_, most]| most.lt(zero).bits());
-        let [x, y, z] = [0, 1, 2].map(|axis| self.inverse[axis][0].lt(zero).bits() & !backward[axis]);
+    pub fn octants(&self) -> ([Packets; 3], Packets) {
+        let negative = |of| by_eights(of, |x: B::Lane| x.lt(B::Lane::zero()).bits());
+        let backward = self.inverse.map(|[_, most]| negative(most));
+        let [x, y, z] = [0, 1, 2].map(|axis| negative(self.inverse[axis][0]) & !backward[axis]);
         (backward, x | y | z)
     }
 
     /// Packets whose directions are farther apart than `spread`: see [`Directions::spread_of`].
-    pub fn wider_than(&self, spread: f64) -> u8 {
+    pub fn wider_than(&self, spread: f64) -> Packets {
         let one = B::Lane::lit(1.0);
-        let [x, y, z] = self.inverse.map(|[a, b]| (one / a - one / b).abs());
-        (!(x + y + z).le(B::Lane::lit(spread))).bits()
+        by_eights([0, 1], |half: usize| {
+            let [x, y, z] = self.inverse.map(|[a, b]| (one / a[half] - one / b[half]).abs());
+            (!(x + y + z).le(B::Lane::lit(spread))).bits()
+        })
     }
 
     /// How far apart the directions of the packets of `which` are: the widths of their components, summed.
-    pub fn spread_of(&self, which: u8) -> f64 {
+    pub fn spread_of(&self, which: Packets) -> f64 {
         spread(self.inverse.map(|both| around(which, both)))
     }
 }
@@ -261,11 +299,11 @@ fn spread<B: Scalar>(inverse: [[B; 2]; 3]) -> f64 {
     inverse.iter().map(|[a, b]| (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()).sum()
 }
 
-/// What bounds the live rays of up to eight packets, a packet a lane; by axis, least and most.
+/// What bounds the live rays of a group's packets; by axis, least and most.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds<B: Scalar> {
-    origin: [[B::Lane; 2]; 3],
-    inverse: [[B::Lane; 2]; 3],
+    origin: [Ends<B>; 3],
+    inverse: [Ends<B>; 3],
 }
 
 /// Starts that lie within so many roundings of their coordinates and of the bounds' widths are one: then bounds over a
@@ -288,12 +326,12 @@ impl<B: Scalar> Bounds<B> {
     pub fn common(
         bvh: &Bvh<B>,
         (packets, alive): (&[Packet<B>], &Alive<B>),
-        which: u8,
+        which: Packets,
         directions: &Directions<B>,
     ) -> Option<(Self, B)> {
         let width = (bvh.bounds.max - bvh.bounds.min).max_element();
         // Rays that are no camera's mostly start far apart, which the first and the last tell.
-        let (first, last) = first_and_last(which);
+        let (first, last) = (which.trailing_zeros() as usize, which.checked_ilog2()? as usize);
         let (one, other) = (packets.get(first)?, packets.get(last)?);
         let one = one.eye_of(first_and_last(one.live()).0);
         let other = other.eye_of(first_and_last(other.live()).1);
@@ -311,42 +349,50 @@ impl<B: Scalar> Bounds<B> {
         let pad = B::from_f64(pad);
         let lanes = B::Lane::splat(pad);
         for [least, most] in &mut eye {
-            (*least, *most) = (*least - lanes, *most + lanes);
+            (*least, *most) = (least.map(|x| x - lanes), most.map(|x| x + lanes));
         }
         Some((Self { origin: eye, inverse: directions.inverse }, pad))
     }
 
     /// Around the packets whose bit is set.
-    pub fn around(&self, which: u8) -> Interval<B> {
-        let both = |ends: [B::Lane; 2]| around(which, ends);
+    pub fn around(&self, which: Packets) -> Interval<B> {
+        let both = |ends| around(which, ends);
         Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
     }
 
     /// One packet's.
     pub fn lane(&self, packet: usize) -> Interval<B> {
-        let both = |ends: [B::Lane; 2]| ends.map(|x| x.lanes()[packet]);
+        let both = |ends: Ends<B>| ends.map(|x| x[packet / LANES].lanes()[packet % LANES]);
         Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
     }
 
     /// The packets as what is held against boxes.
-    pub fn units(&self, octant: u8) -> Units<B> {
-        let line = |axis: usize, late: bool| {
-            let negative = octant >> axis & 1 == 1;
-            let origin = self.origin[axis][usize::from(negative == late)];
-            let inverse = self.inverse[axis][usize::from(negative != late)];
-            (inverse, -(origin * inverse))
-        };
-        Units { soon: [0, 1, 2].map(|axis| line(axis, false)), late: [0, 1, 2].map(|axis| line(axis, true)) }
+    pub fn units(&self, octant: u8) -> ByPacket<Units<B>> {
+        [0, 1].map(|half| {
+            let line = |axis: usize, late: bool| {
+                let negative = octant >> axis & 1 == 1;
+                let origin = self.origin[axis][usize::from(negative == late)][half];
+                let inverse = self.inverse[axis][usize::from(negative != late)][half];
+                (inverse, -(origin * inverse))
+            };
+            Units {
+                soon: [0, 1, 2].map(|axis| line(axis, false)),
+                late: [0, 1, 2].map(|axis| line(axis, true)),
+            }
+        })
     }
 }
 
-/// The least and the most over the lanes whose bit is set.
+/// The least and the most over the packets, or rays of one, whose bit is set.
 #[inline(always)]
-fn around<L: Lane>(which: u8, [least, most]: [L; 2]) -> [L::Scalar; 2] {
-    let which = Mask::<L>::from_bits(which);
-    let least = which.select(least, L::lit(f64::INFINITY));
-    let most = which.select(most, L::lit(f64::NEG_INFINITY));
-    [fold(least, |a, b| if b < a { b } else { a }), fold(most, |a, b| if b > a { b } else { a })]
+fn around<L: Lane, const N: usize>(which: Packets, [least, most]: [[L; N]; 2]) -> [L::Scalar; 2] {
+    let mut ends = [L::lit(f64::INFINITY), L::lit(f64::NEG_INFINITY)];
+    for half in 0..N {
+        let which = Mask::<L>::from_bits(eight_of(which, half));
+        ends[0] = which.select(least[half], ends[0]).min(ends[0]);
+        ends[1] = which.select(most[half], ends[1]).max(ends[1]);
+    }
+    [fold(ends[0], |a, b| if b < a { b } else { a }), fold(ends[1], |a, b| if b > a { b } else { a })]
 }
 
 #[inline(always)]
@@ -369,7 +415,7 @@ pub(super) type Crossing<L> = (L, L);
 impl<B: Scalar> Interval<B> {
     /// Of the rays `lanes` of one packet, at least one.
     pub fn of(packet: &Packet<B>, lanes: u8) -> Self {
-        let both = |x: B::Lane| around(lanes, [x, x]);
+        let both = |x: B::Lane| around(lanes.into(), [[x], [x]]);
         Self { origin: packet.origin.map(both), inverse: packet.inverse.map(both) }
     }
 

@@ -3,10 +3,10 @@
 //! What a group of packets costs before it is under way (its bounds, its octants) is more than a small tree can give
 //! back. Here rays may go any way.
 
-use super::packet::Packet;
+use super::packet::{Packet, Packets, each_packet};
 use super::visit::Visit;
 use super::{Bvh, Node};
-use crate::lane::{LANES, Lane, Scalar, bits};
+use crate::lane::{LANES, Lane, Scalar};
 
 /// Trees of up to this many nodes are walked this way.
 const MOST_NODES: usize = 8;
@@ -23,20 +23,20 @@ impl<B: Scalar> Bvh<B> {
 struct Waiting {
     node: u8,
     child: u8,
-    who: u8,
+    who: Packets,
 }
 
-/// Walks up to eight packets through a tree of at most [`MOST_NODES`] nodes.
+/// Walks a group of packets through a tree of at most [`MOST_NODES`] nodes.
 pub(super) fn walk_small<B: Scalar>(bvh: &Bvh<B>, packets: &mut [Packet<B>], visit: &mut impl Visit<B>) {
-    let mut live = 0u8;
+    let mut live: Packets = 0;
     for (k, packet) in packets.iter().enumerate() {
-        live |= u8::from(packet.live() != 0) << k;
+        live |= Packets::from(packet.live() != 0) << k;
     }
     if live == 0 {
         return;
     }
     // One ray of them says what is near.
-    let guide = Guide::of(&packets[live.trailing_zeros() as usize & (LANES - 1)]);
+    let guide = Guide::of(&packets[live.trailing_zeros() as usize]);
     // Every node leaves at most its children here.
     let mut stack = [Waiting::default(); MOST_NODES * LANES];
     let mut top = 0;
@@ -45,9 +45,9 @@ pub(super) fn walk_small<B: Scalar>(bvh: &Bvh<B>, packets: &mut [Packet<B>], vis
         top -= 1;
         let Waiting { node, child, who } = stack[top & (MOST_NODES * LANES - 1)];
         let (node, slot) = (&bvh.nodes[usize::from(node)], usize::from(child) & (LANES - 1));
-        let mut met = 0u8;
-        for k in bits(who) {
-            met |= u8::from(meets(&packets[k], node, slot)) << k;
+        let mut met: Packets = 0;
+        for k in each_packet(who) {
+            met |= Packets::from(meets(&packets[k], node, slot)) << k;
             visit.boxes(packets[k].live().count_ones());
         }
         if met == 0 {
@@ -96,7 +96,7 @@ impl<B: Scalar> Guide<B> {
 
     /// Puts the children of a node on the stack, the farthest first.
     #[inline(always)]
-    fn push(&self, node: &Node<B>, number: usize, who: u8, stack: &mut [Waiting], top: &mut usize) {
+    fn push(&self, node: &Node<B>, number: usize, who: Packets, stack: &mut [Waiting], top: &mut usize) {
         let mut enter = B::Lane::zero();
         for axis in 0..3 {
             let low = B::Lane::from_array(node.planes[axis]).fused(self.inverse[axis], self.offset[axis]);

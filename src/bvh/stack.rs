@@ -1,5 +1,6 @@
 //! What a walk remembers of the nodes behind it, and in which order it takes a node's children.
 
+use super::packet::{GroupRays, Packets};
 use super::{Child, Node};
 use crate::lane::{LANES, Lane, Scalar};
 
@@ -7,18 +8,18 @@ use crate::lane::{LANES, Lane, Scalar};
 #[derive(Debug, Default)]
 pub struct Stack<B: Scalar> {
     packets: Vec<Entry<B>>,
-    rays: Vec<Entry<B, u64>>,
+    rays: Vec<Entry<B, GroupRays>>,
 }
 
 /// What waits for packets or lanes of a packet, and what waits for rays of several packets.
-pub(super) type Stacks<'a, B> = (&'a mut [Entry<B>], &'a mut [Entry<B, u64>]);
+pub(super) type Stacks<'a, B> = (&'a mut [Entry<B>], &'a mut [Entry<B, GroupRays>]);
 
 /// A node or a leaf that waits.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry<B, W = u8> {
+pub(super) struct Entry<B, W = Packets> {
     pub near: B,
     pub child: Child,
-    /// The packets of a group, the lanes of a packet, or the lanes of eight packets, a byte for each, that may meet it.
+    /// The packets of a group, the lanes of a packet, or the rays of a group, that may meet it.
     pub who: W,
 }
 

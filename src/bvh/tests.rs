@@ -1,6 +1,9 @@
-use super::{Bvh, Child, Item, Items, Packet, Preset, Run, Stack, Traversal, Visit, build, walk};
+use super::{
+    Bvh, Child, GROUP, Item, Items, Packet, Packets, Preset, Run, Stack, Traversal, Visit, build,
+    each_packet, walk,
+};
 use crate::kernel::{Aabb, Rays};
-use crate::lane::{LANES, Vec3, bits, f64x8};
+use crate::lane::{LANES, Vec3, f64x8};
 use crate::random::Random;
 use glam::DVec3;
 
@@ -143,11 +146,11 @@ fn more_time_makes_better_trees() {
 struct Noting<'a> {
     order: &'a [u32],
     /// By item, a bit for each ray.
-    came: Vec<u64>,
+    came: Vec<u128>,
 }
 
 impl Noting<'_> {
-    fn note(&mut self, run: &Run, rays: u64) {
+    fn note(&mut self, run: &Run, rays: u128) {
         for &item in &self.order[run.first as usize..(run.first + run.len) as usize] {
             self.came[item as usize] |= rays;
         }
@@ -158,9 +161,9 @@ impl Visit<f32> for Noting<'_> {
     const ANY: bool = false;
     type Lone = usize;
 
-    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<f32>]) -> u8 {
-        for k in bits(which) {
-            self.note(run, u64::from(packets[k].live()) << (LANES * k));
+    fn packets(&mut self, run: &Run, which: Packets, packets: &mut [Packet<f32>]) -> Packets {
+        for k in each_packet(which) {
+            self.note(run, u128::from(packets[k].live()) << (LANES * k));
         }
         0
     }
@@ -200,15 +203,15 @@ fn rays_come_to_every_box_they_meet_however_they_go() {
     let mut random = Random::new(3);
     // All ways, from one place or several; nearly one way; nearly one way but for a packet.
     for (round, spread) in [2.0, 2.0, 0.1, 0.1].into_iter().enumerate() {
-        let rays: [(DVec3, DVec3); LANES * LANES] = std::array::from_fn(|ray| {
+        let rays: [(DVec3, DVec3); GROUP * LANES] = std::array::from_fn(|ray| {
             let place = if round == 0 { DVec3::splat(0.5) } else { DVec3::splat(0.5) + random.vector(0.5) };
             let stray = if round == 3 && ray / LANES == 5 { 2.0 } else { spread };
             (place, (DVec3::new(0.5, -0.6, 0.4) + random.vector(1.0) * stray).normalize())
         });
         let far = [0.3, 0.6, 0.2, 5.0][round];
         // A lane of each packet, and all of the last, hold no ray.
-        let live = |k: usize| if k == LANES - 1 { 0 } else { !(1u8 << k) };
-        let packets: Vec<Packet<f32>> = (0..LANES)
+        let live = |k: usize| if k == GROUP - 1 { 0 } else { !(1u8 << (k % LANES)) };
+        let packets: Vec<Packet<f32>> = (0..GROUP)
             .map(|k| {
                 let of =
                     |part: fn(&(DVec3, DVec3)) -> DVec3| Vec3::from_fn(|lane| part(&rays[LANES * k + lane]));

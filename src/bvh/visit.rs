@@ -1,7 +1,7 @@
 //! What a walk asks of whoever sent it.
 
 use super::Run;
-use super::packet::Packet;
+use super::packet::{Packet, Packets};
 use crate::lane::Scalar;
 
 /// What the walk's owner does in leaves.
@@ -13,7 +13,7 @@ pub trait Visit<B: Scalar> {
     /// Tests the primitives of `run` against the packets whose bit is set in `which`, in the lanes that are live, and
     /// shortens their `far` where a nearer hit was found (to a negative number where the ray is done). Returns a bit for
     /// each packet that has changed.
-    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8;
+    fn packets(&mut self, run: &Run, which: Packets, packets: &mut [Packet<B>]) -> Packets;
     /// The ray in lane `lane` of packet `packet`, made ready for its leaves: once for all of them.
     fn lone(&self, packet: usize, lane: usize) -> Self::Lone;
     /// Tests the primitives of `run` against one ray, the state of whose packet is given, and which looks up to `far`: the new

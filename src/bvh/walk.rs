@@ -1,18 +1,18 @@
-//! Rays through the tree: which go together, and how. Groups of up to eight packets that share an octant and much the same
+//! Rays through the tree: which go together, and how. Groups of up to sixteen packets that share an octant and much the same
 //! direction, packets by themselves, streams of rays that go all ways, or one ray against eight boxes.
 //!
 //! Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
 use super::group::{Group, OnePacket, walk_group, walk_packet};
-use super::packet::{Alive, Bounds, Directions, Frame, Interval, Packet};
+use super::packet::{Alive, Bounds, Directions, Frame, GROUP, Interval, Packet, each_packet};
 use super::single::{LEAST_TOGETHER, walk_lanes};
 use super::small::walk_small;
 use super::stack::{Entry, Stack};
 use super::stream::walk_stream;
 use super::visit::Visit;
 use super::{Bvh, Child};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits};
+use crate::lane::{LANES, Lane, Mask, Scalar};
 
 /// How rays go through the tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -74,7 +74,7 @@ const GROUP_SPREAD: f64 = 1.0;
 /// Packets wider than this go as streams.
 const PACKET_SPREAD: f64 = 2.0;
 
-/// Walks up to eight packets through the tree.
+/// Walks up to [`GROUP`] packets through the tree.
 pub fn walk<B: Scalar>(
     bvh: &Bvh<B>,
     packets: &mut [Packet<B>],
@@ -82,7 +82,7 @@ pub fn walk<B: Scalar>(
     visit: &mut impl Visit<B>,
     traversal: Traversal,
 ) {
-    debug_assert!(packets.len() <= LANES);
+    debug_assert!(packets.len() <= GROUP);
     if bvh.nodes.is_empty() {
         return;
     }
@@ -112,7 +112,7 @@ pub fn walk<B: Scalar>(
             walk_stream((bvh, Child::ROOT), packets, apart, (stack, rays), visit);
         }
     } else {
-        for k in bits(apart) {
+        for k in each_packet(apart) {
             walk_mixed(bvh, packets, k, stack, visit, switches.least_lanes);
         }
     }
@@ -127,7 +127,7 @@ pub fn walk<B: Scalar>(
         let first = waiting.trailing_zeros();
         let (mut octant, mut group) = (0u8, waiting);
         for (axis, backward) in backward.into_iter().enumerate() {
-            let negative = backward >> first & 1;
+            let negative = (backward >> first & 1) as u8;
             octant |= negative << axis;
             group &= if negative == 1 { backward } else { !backward };
         }
@@ -135,7 +135,7 @@ pub fn walk<B: Scalar>(
         if directions.spread_of(group) > switches.group_spread {
             let candidates = group & !(1 << first);
             group = 1 << first;
-            for k in bits(candidates) {
+            for k in each_packet(candidates) {
                 if directions.spread_of(group | 1 << k) <= switches.group_spread {
                     group |= 1 << k;
                 }
@@ -184,7 +184,7 @@ fn walk_mixed<B: Scalar>(
         packets[number].far = others.select(B::Lane::lit(-1.0), kept);
         let interval = Interval::of(&packets[number], lanes);
         let octant = packets[number].octant_of(first);
-        let start = Entry { near: B::default(), child: Child::ROOT, who: lanes };
+        let start = Entry { near: B::default(), child: Child::ROOT, who: lanes.into() };
         let (frame, pad) = (Frame::Own, B::default());
         let how = OnePacket { bvh, number, frame, octant, interval, pad, least_lanes };
         walk_packet(&how, packets, start, stack, visit);

@@ -88,7 +88,7 @@ impl PartSet for Few {
 
     #[inline(always)]
     fn each(self) -> impl Iterator<Item = u32> {
-        bits_of_many(self).map(|part| part as u32)
+        bits_of_many::<64>(self).map(|part| part as u32)
     }
 
     fn rules(tree: &CsgTree) -> &Rules<Self> {

@@ -82,22 +82,16 @@ pub fn prefetch<T>(what: &T) {
 
 /// The set bits of a byte, lowest first.
 #[inline(always)]
-pub fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let k = mask.trailing_zeros() as usize & (LANES - 1);
-            mask &= mask - 1;
-            k
-        })
-    })
+pub fn bits(mask: u8) -> impl Iterator<Item = usize> {
+    bits_of_many::<LANES>(mask.into())
 }
 
-/// The set bits of eight bytes, lowest first.
+/// The set bits of a number of `N` bits, lowest first. `N` is a power of two.
 #[inline(always)]
-pub fn bits_of_many(mut mask: u64) -> impl Iterator<Item = usize> {
+pub fn bits_of_many<const N: usize>(mut mask: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
-            let k = mask.trailing_zeros() as usize;
+            let k = mask.trailing_zeros() as usize & (N - 1);
             mask &= mask - 1;
             k
         })

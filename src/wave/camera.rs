@@ -1,4 +1,4 @@
-//! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight a group.
+//! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight pixels, two of which make a group.
 
 use super::area::{Shared, TileArea};
 use super::medium::Media;
@@ -8,7 +8,7 @@ use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8};
 use crate::scene::Projection;
 
-/// Edge of the blocks of pixels whose rays make a group.
+/// Edge of the blocks of pixels.
 const BLOCK: usize = 8;
 
 /// The order in which a tile's pixels get their rays.

@@ -7,10 +7,10 @@ use super::query::{GROUP, Query};
 use super::rows::{Lone, Prefetch, Rows, TestAcross, TestPackets, TestRun, Views, accept};
 use super::sharpen::sharpen;
 use super::trace::Tracer;
-use crate::bvh::{Count, Packet, Run, Visit};
+use crate::bvh::{Count, Packet, Packets, Run, Visit, each_packet};
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, class};
 use crate::csg::{Scratch, Stretch};
-use crate::lane::{LANES, Lane, Scalar, bits, choose, each_lane};
+use crate::lane::{LANES, Lane, Scalar, choose};
 use smallvec::SmallVec;
 use std::ops::Range;
 
@@ -45,7 +45,7 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S, B, C, ANY> {
     const ANY: bool = ANY;
     #[inline]
-    fn packets(&mut self, run: &Run, which: u8, packets: &mut [Packet<B>]) -> u8 {
+    fn packets(&mut self, run: &Run, which: Packets, packets: &mut [Packet<B>]) -> Packets {
         let noted = self.only_notes(run);
         if run.kind < COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
@@ -60,11 +60,14 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         // (Live rays are waiting for something.)
         let mut in_instances = [0; GROUP];
         if run.kind == INSTANCE {
-            let live = each_lane(|k| if which >> k & 1 == 1 { packets[k].live() } else { 0 });
+            let mut live = [0; GROUP];
+            for k in each_packet(which) {
+                live[k] = packets[k].live();
+            }
             in_instances = self.instances(run, 0, &live);
         }
         let mut changed = 0;
-        for k in bits(which) {
+        for k in each_packet(which) {
             let found = match run.kind {
                 INSTANCE => in_instances[k],
                 _ if noted => self.run(run, k, packets[k].live()),

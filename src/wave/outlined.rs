@@ -7,9 +7,9 @@
 
 use super::query::{GROUP, Query};
 use super::rows::{Rows, Views, accept};
-use crate::bvh::{Count, Packet};
+use crate::bvh::{Count, Packet, Packets, each_packet};
 use crate::kernel::{Block, LinePairs, Passing};
-use crate::lane::{LANES, QUAD, Scalar, bits, choose, first_and_last};
+use crate::lane::{LANES, QUAD, Scalar, choose};
 use std::ops::Range;
 
 /// Packets that rows are held against, none of whose rays starts on one of them.
@@ -24,14 +24,14 @@ pub struct Outlined<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY> {
     /// Tests all rows against the packets of `which`: a bit for each that found something nearer.
     #[inline(always)]
-    pub fn test<K: Block<S>>(&mut self, block: &K, which: u8) -> u8 {
+    pub fn test<K: Block<S>>(&mut self, block: &K, which: Packets) -> Packets {
         let (first, end) = (self.rows.run.first as usize, (self.rows.run.first + self.rows.run.len) as usize);
         let mut found = 0;
         for four in first / QUAD..end.div_ceil(QUAD) {
             let rows = first.saturating_sub(four * QUAD)..(end - four * QUAD).min(QUAD);
             let mut passing = [Passing::default(); GROUP];
-            for k in bits(self.pass(block, (four, rows), which, &mut passing)) {
-                found |= u8::from(self.take(block, four, k, passing[k])) << k;
+            for k in each_packet(self.pass(block, (four, rows), which, &mut passing)) {
+                found |= Packets::from(self.take(block, four, k, passing[k])) << k;
             }
         }
         found
@@ -43,15 +43,16 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
         &mut self,
         block: &K,
         (four, rows): (usize, Range<usize>),
-        which: u8,
+        which: Packets,
         all: &mut [Passing; GROUP],
-    ) -> u8 {
+    ) -> Packets {
         let outlines = block.outlines(four, &self.views.center);
         let (mut some, mut rest) = (0, which);
         while rest != 0 {
             // Two packets side by side; the last, if it is alone, beside itself.
-            let (k, more) = (first_and_last(rest).0, rest & (rest - 1));
-            let other = if more == 0 { k } else { first_and_last(more).0 };
+            let first = |rest: Packets| rest.trailing_zeros() as usize & (GROUP - 1);
+            let (k, more) = (first(rest), rest & (rest - 1));
+            let other = if more == 0 { k } else { first(more) };
             rest = more & more.wrapping_sub(1);
             let lines = LinePairs::of([k, other].map(|k| &self.views.lines[k]));
             let told = outlines.meet(rows.clone(), &lines);
@@ -66,7 +67,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
                     passing = passing.with(row, through & live);
                 }
                 all[k] = passing;
-                some |= u8::from(!passing.is_empty()) << k;
+                some |= Packets::from(!passing.is_empty()) << k;
             }
         }
         some

@@ -1,13 +1,11 @@
 //! Eight rays on their way to what they hit.
 
 use super::queue::Lines;
+pub use crate::bvh::GROUP;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::{Looking, Ranks, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};
 use glam::DVec3;
-
-/// Packets that walk the tree together.
-pub const GROUP: usize = 8;
 
 /// Eight rays and what is known of them so far.
 #[derive(Debug, Clone, Copy, Default)]

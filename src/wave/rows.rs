@@ -2,10 +2,10 @@
 
 use super::outlined::Outlined;
 use super::query::{GROUP, Query};
-use crate::bvh::{Count, Packet, Run};
+use crate::bvh::{Count, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray, View};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, bits, choose};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
@@ -192,7 +192,7 @@ impl Rows<'_> {
 /// The test of a run of one kind by several packets: a bit for each that found something nearer.
 pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     pub rows: Rows<'a>,
-    pub which: u8,
+    pub which: Packets,
     pub packets: &'a mut [Packet<B>],
     pub queries: &'a mut [Query<S::Lane>],
     pub views: &'a Views<S>,
@@ -200,18 +200,18 @@ pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
 }
 
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPackets<'_, S, B, C, ANY> {
-    type Output = u8;
+    type Output = Packets;
 
     #[inline(always)]
-    fn block<K: Block<S>>(mut self, block: &K) -> u8 {
+    fn block<K: Block<S>>(mut self, block: &K) -> Packets {
         if !K::OUTLINED {
             return self.row_by_row(block, self.which);
         }
         let Rows { run, base, .. } = self.rows;
         // Rays that start on a row are for the rows' own test.
         let mut starting = 0;
-        for k in bits(self.which) {
-            starting |= u8::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
+        for k in each_packet(self.which) {
+            starting |= Packets::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
         }
         let found = self.row_by_row(block, starting);
         let Self { rows, which, packets, queries, views, count } = self;
@@ -224,9 +224,9 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
 impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, ANY> {
     /// The packets of `which`, each by itself.
     #[inline(always)]
-    fn row_by_row<K: Block<S>>(&mut self, block: &K, which: u8) -> u8 {
+    fn row_by_row<K: Block<S>>(&mut self, block: &K, which: Packets) -> Packets {
         let mut found = 0;
-        for k in bits(which) {
+        for k in each_packet(which) {
             let (query, state) = (&mut self.queries[k], &mut self.packets[k]);
             let changed =
                 self.rows.test_counting(block, (query, self.views.of(k)), (state.live(), ANY), self.count);
