@@ -127,9 +127,9 @@ pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
 /// The highest number of the lanes, none of which is NaN.
 #[inline(always)]
 pub fn highest<L: Lane>(x: L) -> L::Scalar {
-    let lanes = x.to_array();
     let max = |a: L::Scalar, b: L::Scalar| if b > a { b } else { a };
-    let four = [0, 1, 2, 3].map(|k| max(lanes[k], lanes[k + 4]));
+    let [a, b] = x.halves();
+    let four = Quad::max(a, b).to_array();
     max(max(four[0], four[2]), max(four[1], four[3]))
 }
 
@@ -358,6 +358,9 @@ pub trait Lane:
         self.abs() | (sign & bit)
     }
 
+    /// The lower four lanes and the upper four.
+    fn halves(self) -> [<Self::Scalar as Scalar>::Quad; 2];
+
     /// Lane `k` of row `i` becomes lane `i` of row `k`.
     fn transpose(rows: [Self; LANES]) -> [Self; LANES];
 
@@ -487,6 +490,10 @@ macro_rules! impl_lane {
                 let zero = self.simd_le(Self::zero());
                 let at_zero = Self::select(y.simd_eq(Self::zero()), Self::lit(1.0), Self::zero());
                 Self::select(zero, at_zero, self.powf_simd(y))
+            }
+            #[inline(always)]
+            fn halves(self) -> [<$scalar as Scalar>::Quad; 2] {
+                bytemuck::cast(self)
             }
             #[inline(always)]
             fn transpose(rows: [Self; LANES]) -> [Self; LANES] {

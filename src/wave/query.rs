@@ -106,6 +106,12 @@ impl<L: Lane> Query<L> {
         }
     }
 
+    /// True if a ray starts on a surface.
+    #[inline(always)]
+    pub fn starts(&self) -> bool {
+        self.starts
+    }
+
     /// True if a ray starts on one of `len` surfaces from `first` on.
     #[inline(always)]
     pub fn starts_within(&self, first: SurfaceId, len: u32) -> bool {

@@ -14,6 +14,8 @@ pub struct Views<S: Scalar> {
     /// The rays as lines, by packet, and what about.
     pub lines: SmallVec<[PluckerLines; GROUP]>,
     pub center: Center<S>,
+    /// Packets with rays that start on a surface.
+    starting: Packets,
     none: View<S::Lane>,
 }
 
@@ -25,6 +27,7 @@ impl<S: Scalar> Views<S> {
             by_packet: SmallVec::new(),
             lines: SmallVec::new(),
             center: Center::default(),
+            starting: 0,
             none: View::default(),
         }
     }
@@ -34,6 +37,9 @@ impl<S: Scalar> Views<S> {
     pub fn see(&mut self, queries: &[Query<S::Lane>]) {
         let Some(first) = queries.first() else { return };
         self.center = Center::at_start(&first.rays);
+        for (k, query) in queries.iter().enumerate() {
+            self.starting |= Packets::from(query.starts()) << k;
+        }
         self.by_packet.extend(queries.iter().map(|query| View::along(query.rays.dir)));
         let rays = queries.iter().map(|query| (&query.rays, query.lanes));
         self.center.each_lines(rays, |lines| self.lines.push(lines));
@@ -210,7 +216,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
         let Rows { run, base, .. } = self.rows;
         // Rays that start on a row are for the rows' own test.
         let mut starting = 0;
-        for k in each_packet(self.which) {
+        for k in each_packet(self.which & self.views.starting) {
             starting |= Packets::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
         }
         let found = self.row_by_row(block, starting);
