@@ -46,7 +46,7 @@ pub use ranks::{NO_SURFACE, Ranks, SurfaceId};
 pub use solid::{OwnSpace, Solid};
 pub use sphere::Spheres;
 pub use torus::Tori;
-pub use triangle::{SmoothTriangles, Triangles, View};
+pub use triangle::{SmoothTriangles, Triangles};
 
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, bits, equal_lanes};
 use crate::parallel;
@@ -91,12 +91,13 @@ pub struct Ray<S: Scalar> {
 }
 
 impl<S: Scalar> Ray<S> {
-    /// The ray in lane `lane`; `view` is that of all eight.
+    /// The ray in lane `lane`; it sees corners if `to_corners`.
     #[inline(always)]
-    pub fn of(rays: &Rays<S::Lane>, view: &View<S::Lane>, lane: usize) -> Self {
+    pub fn of(rays: &Rays<S::Lane>, lane: usize, to_corners: bool) -> Self {
         let one = |v: &Vec3<S::Lane>| in_four([v.x.lanes()[lane], v.y.lanes()[lane], v.z.lanes()[lane]]);
-        let [x, y] = view.axes();
-        Self { origin: one(&rays.origin), dir: one(&rays.dir), view: [one(x), one(y)] }
+        let (origin, dir) = (one(&rays.origin), one(&rays.dir));
+        let view = if to_corners { triangle::view_in_four(dir) } else { [Four::default(); 2] };
+        Self { origin, dir, view }
     }
 }
 
@@ -113,6 +114,12 @@ fn in_four<Q: Quad>(v: [Q::Scalar; 3]) -> Four<Q> {
 #[inline(always)]
 fn dot_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Q {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product, in the order that [`Vec3::cross`] has.
+#[inline(always)]
+fn cross_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Four<Q> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a - b`.
@@ -204,18 +211,6 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// twice, or nothing); a half space has one. With `left`, the crossing at the start is returned as exactly 0.
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
 
-    /// The same for rays whose [`View`] is known: it is that of their directions.
-    #[inline(always)]
-    fn roots_seen(
-        &self,
-        i: usize,
-        rays: &Rays<S::Lane>,
-        _view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> Self::Roots {
-        self.roots(i, rays, left)
-    }
-
     /// The first crossing beyond where the rays look from; NaN where there is none. What is told of lanes that do not look, or
     /// of crossings farther than they look, may be anything that is not nearer than those.
     #[inline(always)]
@@ -223,11 +218,10 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        first_beyond(self.roots_seen(i, rays, view, left).as_ref().iter().copied(), looking.from)
+        first_beyond(self.roots(i, rays, left).as_ref().iter().copied(), looking.from)
     }
 
     /// Asks the memory for row `i` and its neighbours, which will soon be tested.
@@ -256,7 +250,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
 
     /// A bit for each ray that passes through the outline of primitive `i`.
     #[inline(always)]
-    fn through(&self, _i: usize, _rays: &Rays<S::Lane>, _view: &View<S::Lane>) -> u8 {
+    fn through(&self, _i: usize, _rays: &Rays<S::Lane>) -> u8 {
         0
     }
 

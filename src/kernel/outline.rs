@@ -9,7 +9,7 @@
 //! 1998, Plücker coordinate tutorial, Ray Tracing News 11(1)), through the triangle if it is the same for all three. Seen
 //! along the ray, the product is the edge's length times its distance from the ray.
 
-use super::{Four, Rays, dot_four, in_four, less_four};
+use super::{Four, Rays, cross_four, dot_four, in_four, less_four};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest};
 use glam::DVec3;
 use std::ops::Range;
@@ -247,16 +247,10 @@ fn product(a: &[[f32; QUAD]; 3], k: usize, b: &[f32x16; 3], sum: f32x16) -> f32x
     f32x16::splat(a[0][k]).mul_add(b[0], y)
 }
 
-/// Vector product.
-#[inline(always)]
-fn cross_four<Q: Quad>(a: Four<Q>, b: Four<Q>) -> Four<Q> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Block, Triangles, View};
+    use crate::kernel::{Block, Triangles};
     use crate::lane::{each_lane, f64x8};
     use crate::random::Random;
 
@@ -287,7 +281,7 @@ mod tests {
             center.each_lines([(&rays, !0)].into_iter(), |of_rays| lines = of_rays);
             let pair = LinePairs::of([&PluckerLines::default(), &lines]);
             let [_, [through, unsure]] = triangles.outlines(0, &center).meet(0..1, &pair);
-            let t = triangles.roots_seen(0, &rays, &View::along(dir), None)[0];
+            let t = triangles.roots(0, &rays, None)[0];
             let from = L::lit(f64::NEG_INFINITY);
             let known = triangles.first_through(0, through, &rays, from).to_array();
             let (through, unsure) = (through.row(0), unsure.row(0));

@@ -1,8 +1,6 @@
 //! Planes: a unit normal and a point; the half space behind the normal is the inside.
 
-use super::{
-    Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, first_beyond, gather_vectors, permuted,
-};
+use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, first_beyond, gather_vectors, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::DVec3;
@@ -65,7 +63,6 @@ impl<S: Scalar> Block<S> for Planes<S> {
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        _view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {

@@ -9,7 +9,7 @@
 use super::frame::{Frames, narrowed, widened};
 use super::polytope::{HalfSpace, Quadric};
 use super::univariate::{Step, Univariate, steps};
-use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Solid, Surfaces, View, first_beyond, permuted};
+use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Solid, Surfaces, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
 use glam::{DMat3, DVec3};
@@ -416,7 +416,6 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        _view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {

@@ -3,7 +3,7 @@
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
-use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, View, gather, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -439,7 +439,6 @@ impl<S: Scalar> Block<S> for Tori<S> {
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        _view: &View<S::Lane>,
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {

@@ -3,8 +3,8 @@
 use super::fours::{Four, Fours};
 use super::plane::finite;
 use super::{
-    Aabb, Block, Center, Left, Outlines, Passing, Ray, Rays, Surfaces, dot_four, first_beyond, gather,
-    less_four, permuted, typical,
+    Aabb, Block, Center, Left, Outlines, Passing, Ray, Rays, Surfaces, cross_four, dot_four, first_beyond,
+    gather, less_four, permuted, typical,
 };
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use crate::parallel;
@@ -40,7 +40,7 @@ pub struct SmoothTriangles<S> {
 /// Every triangle that shares a corner gives it the same two numbers, to the bit: that is what closes the cracks.
 /// How square to the ray the vectors are only moves all triangles together, by roundings.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct View<L> {
+pub(super) struct View<L> {
     x: Vec3<L>,
     y: Vec3<L>,
 }
@@ -55,17 +55,20 @@ impl<L: Lane> View<L> {
         Self { x, y: dir.cross(x) }
     }
 
-    /// The two vectors.
-    #[inline(always)]
-    pub(super) fn axes(&self) -> [&Vec3<L>; 2] {
-        [&self.x, &self.y]
-    }
-
     /// The two coordinates of a point, given relative to the rays' start.
     #[inline(always)]
     pub(super) fn look(&self, from_origin: Vec3<L>) -> (L, L) {
         (self.x.dot(from_origin), self.y.dot(from_origin))
     }
+}
+
+/// [`View::along`] of one ray, each number in four lanes: the same, to the bit.
+#[inline(always)]
+pub(super) fn view_in_four<Q: Quad>(dir: super::Four<Q>) -> [super::Four<Q>; 2] {
+    let [dx, dy, dz] = dir;
+    let turn = dz.abs().le(dx.abs());
+    let x = [turn & -dy, turn.choose(dx, -dz), turn.choose(Q::default(), dy)];
+    [x, cross_four(dir, x)]
 }
 
 /// Whether the half line from the ray along `x` crosses the edge between two corners seen at heights `y1` and `y2`;
@@ -88,7 +91,8 @@ struct Corners<L>([Vec3<L>; 3]);
 impl<L: Lane> Corners<L> {
     /// Whether rays pass through, and the weights of the corners, not normalised.
     #[inline(always)]
-    fn pierced(&self, rays: &Rays<L>, view: &View<L>) -> (Mask<L>, [L; 3]) {
+    fn pierced(&self, rays: &Rays<L>) -> (Mask<L>, [L; 3]) {
+        let view = View::along(rays.dir);
         let [(x0, y0), (x1, y1), (x2, y2)] = self.0.map(|corner| view.look(corner - rays.origin));
         let [above0, above1, above2] = [y0, y1, y2].map(|y| y.gt(L::zero()));
         let weights = [x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0];
@@ -102,7 +106,7 @@ impl<L: Lane> Corners<L> {
     /// sum.
     #[inline(always)]
     fn barycentric(&self, rays: &Rays<L>) -> (L, L) {
-        let (_, w) = self.pierced(rays, &View::along(rays.dir));
+        let (_, w) = self.pierced(rays);
         let (zero, one) = (L::zero(), L::lit(1.0));
         let inv = one / (w[0] + w[1] + w[2]);
         // NaN (a triangle of no area) becomes 0.
@@ -205,10 +209,9 @@ fn of_columns<L: Lane>(mut column: impl FnMut(usize) -> L) -> (Corners<L>, Vec3<
 fn crossing<L: Lane>(
     (corners, normal): (Corners<L>, Vec3<L>),
     rays: &Rays<L>,
-    view: &View<L>,
     left: Option<&Left<L>>,
 ) -> [L; 1] {
-    let (inside, _) = corners.pierced(rays, view);
+    let (inside, _) = corners.pierced(rays);
     if left.is_none() && !inside.any() {
         return [L::lit(f64::NAN)];
     }
@@ -339,18 +342,7 @@ impl<S: Scalar> Block<S> for Triangles<S> {
 
     #[inline(always)]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 1] {
-        crossing(self.at(i), rays, &View::along(rays.dir), left)
-    }
-
-    #[inline(always)]
-    fn roots_seen(
-        &self,
-        i: usize,
-        rays: &Rays<S::Lane>,
-        view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> [S::Lane; 1] {
-        crossing(self.at(i), rays, view, left)
+        crossing(self.at(i), rays, left)
     }
 
     #[inline(always)]
@@ -376,8 +368,8 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     }
 
     #[inline(always)]
-    fn through(&self, i: usize, rays: &Rays<S::Lane>, view: &View<S::Lane>) -> u8 {
-        self.at(i).0.pierced(rays, view).0.bits()
+    fn through(&self, i: usize, rays: &Rays<S::Lane>) -> u8 {
+        self.at(i).0.pierced(rays).0.bits()
     }
 
     #[inline(always)]
@@ -496,17 +488,6 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     }
 
     #[inline(always)]
-    fn roots_seen(
-        &self,
-        i: usize,
-        rays: &Rays<S::Lane>,
-        view: &View<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-    ) -> [S::Lane; 1] {
-        self.flat.roots_seen(i, rays, view, left)
-    }
-
-    #[inline(always)]
     fn prefetch(&self, i: usize) {
         self.flat.prefetch(i);
     }
@@ -526,8 +507,8 @@ impl<S: Scalar> Block<S> for SmoothTriangles<S> {
     }
 
     #[inline(always)]
-    fn through(&self, i: usize, rays: &Rays<S::Lane>, view: &View<S::Lane>) -> u8 {
-        self.flat.through(i, rays, view)
+    fn through(&self, i: usize, rays: &Rays<S::Lane>) -> u8 {
+        self.flat.through(i, rays)
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
 use crate::csg::{Composite, Scratch, Stretch};
-use crate::kernel::{Block, Left, Rays, View};
+use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane, f64x8};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -88,7 +88,6 @@ impl InTheWay {
 pub struct NoteRun<'a, S: Scalar> {
     pub rows: Rows<'a>,
     pub query: &'a Query<S::Lane>,
-    pub view: &'a View<S::Lane>,
     pub lanes: u8,
     pub way: &'a mut InTheWay,
 }
@@ -97,7 +96,7 @@ impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
     type Output = u32;
 
     fn block<K: Block<S>>(self, block: &K) -> u32 {
-        let Self { rows: Rows { run, base, .. }, query, view, lanes, way } = self;
+        let Self { rows: Rows { run, base, .. }, query, lanes, way } = self;
         let mut tested = 0;
         let starts_here = query.starts_within(base + run.first, run.len);
         for row in run.first..run.first + run.len {
@@ -110,7 +109,7 @@ impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
                 continue;
             }
             let left = (on != 0).then_some(&left);
-            let t = block.first(row as usize, &query.rays, view, left, &query.looking(lanes));
+            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes));
             tested += 1;
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;

@@ -88,7 +88,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
 
     #[inline(always)]
     fn lone(&self, packet: usize, lane: usize) -> Lone<S> {
-        Lone::of(&self.queries[packet], self.views.of(packet), (packet, lane & (LANES - 1)))
+        Lone::of(&self.queries[packet], (packet, lane & (LANES - 1)), self.scene.has_triangles())
     }
 
     #[inline(always)]
@@ -262,9 +262,8 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Tests a run of anything else against some packets: what changed of the last.
     #[inline(always)]
     fn primitives(&mut self, run: &Run, packets: Range<usize>, lanes: u8) -> u8 {
-        let (rows, views, count) = (rows(self.scene, run), self.views, &mut self.count);
-        let (first, queries) = (packets.start, &mut self.queries[packets]);
-        let test = TestRun::<S, C, ANY> { rows, queries, views, first, lanes, count };
+        let (rows, queries) = (rows(self.scene, run), &mut self.queries[packets]);
+        let test = TestRun::<S, C, ANY> { rows, queries, lanes, count: &mut self.count };
         self.scene.columns.with(run.kind, test)
     }
 
@@ -273,8 +272,8 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
         if run.kind != COMPOSITE {
             let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
-            let (view, way) = (self.views.of(packet), &mut self.ways[packet]);
-            let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, view, lanes, way });
+            let way = &mut self.ways[packet];
+            let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, lanes, way });
             self.count.leaf(tested, lanes.count_ones());
             return;
         }

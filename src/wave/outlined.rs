@@ -63,7 +63,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
                 }
                 let mut passing = through.of(live);
                 for row in unsure.of(live).rows() {
-                    let through = block.through(four * QUAD + row, &query.rays, self.views.of(k));
+                    let through = block.through(four * QUAD + row, &query.rays);
                     passing = passing.with(row, through & live);
                 }
                 all[k] = passing;

@@ -4,32 +4,24 @@ use super::outlined::Outlined;
 use super::query::{GROUP, Query};
 use crate::bvh::{Count, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
-use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray, View};
+use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
 pub struct Views<S: Scalar> {
-    by_packet: SmallVec<[View<S::Lane>; GROUP]>,
     /// The rays as lines, by packet, and what about.
     pub lines: SmallVec<[PluckerLines; GROUP]>,
     pub center: Center<S>,
     /// Packets with rays that start on a surface.
     starting: Packets,
-    none: View<S::Lane>,
 }
 
 impl<S: Scalar> Views<S> {
     /// Of no rays.
     #[inline(always)]
     pub fn none() -> Self {
-        Self {
-            by_packet: SmallVec::new(),
-            lines: SmallVec::new(),
-            center: Center::default(),
-            starting: 0,
-            none: View::default(),
-        }
+        Self { lines: SmallVec::new(), center: Center::default(), starting: 0 }
     }
 
     /// Becomes those of the rays of `queries`. (In place: views are large, and most scenes need none.)
@@ -40,15 +32,8 @@ impl<S: Scalar> Views<S> {
         for (k, query) in queries.iter().enumerate() {
             self.starting |= Packets::from(query.starts()) << k;
         }
-        self.by_packet.extend(queries.iter().map(|query| View::along(query.rays.dir)));
         let rays = queries.iter().map(|query| (&query.rays, query.lanes));
         self.center.each_lines(rays, |lines| self.lines.push(lines));
-    }
-
-    /// Of packet number `k`.
-    #[inline(always)]
-    pub fn of(&self, k: usize) -> &View<S::Lane> {
-        self.by_packet.get(k).unwrap_or(&self.none)
     }
 }
 
@@ -75,10 +60,10 @@ pub struct Lone<S: Scalar> {
 }
 
 impl<S: Scalar> Lone<S> {
-    /// The ray in lane `lane` of packet `packet`.
+    /// The ray in lane `lane` of packet `packet`; it sees corners if `to_corners`.
     #[inline(always)]
-    pub fn of(query: &Query<S::Lane>, view: &View<S::Lane>, (packet, lane): (usize, usize)) -> Self {
-        let (ray, t_min) = (Ray::of(&query.rays, view, lane), query.t_min.lanes()[lane]);
+    pub fn of(query: &Query<S::Lane>, (packet, lane): (usize, usize), to_corners: bool) -> Self {
+        let (ray, t_min) = (Ray::of(&query.rays, lane, to_corners), query.t_min.lanes()[lane]);
         Self { packet, lane, ray, t_min, left: query.left[lane] }
     }
 }
@@ -141,7 +126,7 @@ impl Rows<'_> {
     pub fn test<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
-        (query, view): (&mut Query<S::Lane>, &View<S::Lane>),
+        query: &mut Query<S::Lane>,
         (lanes, any): (u8, bool),
     ) -> (u8, u32) {
         let Self { run, base, ranks } = *self;
@@ -156,7 +141,7 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let t = block.first(row as usize, &query.rays, view, left, &query.looking(lanes & !gone));
+            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes & !gone));
             tested += 1;
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {
@@ -172,10 +157,10 @@ impl Rows<'_> {
     fn test_apart<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
-        rays: (&mut Query<S::Lane>, &View<S::Lane>),
+        query: &mut Query<S::Lane>,
         looking: (u8, bool),
     ) -> (u8, u32) {
-        self.test(block, rays, looking)
+        self.test(block, query, looking)
     }
 
     /// The same, counted: the lanes that have met one.
@@ -183,13 +168,13 @@ impl Rows<'_> {
     fn test_counting<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
-        rays: (&mut Query<S::Lane>, &View<S::Lane>),
+        query: &mut Query<S::Lane>,
         (lanes, any): (u8, bool),
         count: &mut impl Count,
     ) -> u8 {
         let looking = (lanes, any);
         let (changed, tested) =
-            if K::SHORT { self.test(block, rays, looking) } else { self.test_apart(block, rays, looking) };
+            if K::SHORT { self.test(block, query, looking) } else { self.test_apart(block, query, looking) };
         count.leaf(tested, lanes.count_ones());
         changed
     }
@@ -234,8 +219,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, A
         let mut found = 0;
         for k in each_packet(which) {
             let (query, state) = (&mut self.queries[k], &mut self.packets[k]);
-            let changed =
-                self.rows.test_counting(block, (query, self.views.of(k)), (state.live(), ANY), self.count);
+            let changed = self.rows.test_counting(block, query, (state.live(), ANY), self.count);
             if changed != 0 {
                 state.found(changed, query.t, ANY);
                 found |= 1 << k;
@@ -249,9 +233,6 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, A
 pub struct TestRun<'a, S: Scalar, C: Count, const ANY: bool> {
     pub rows: Rows<'a>,
     pub queries: &'a mut [Query<S::Lane>],
-    pub views: &'a Views<S>,
-    /// Number of the first of these packets.
-    pub first: usize,
     pub lanes: u8,
     pub count: &'a mut C,
 }
@@ -261,15 +242,11 @@ impl<S: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestRun<'_, S, C, AN
 
     #[inline(always)]
     fn block<K: Block<S>>(self, block: &K) -> u8 {
-        let Self { rows, queries, views, first, lanes, count } = self;
+        let Self { rows, queries, lanes, count } = self;
         let mut changed = 0;
-        for (k, query) in queries.iter_mut().enumerate() {
+        for query in queries {
             let lanes = lanes & query.waiting::<ANY>();
-            changed = if lanes == 0 {
-                0
-            } else {
-                rows.test_counting(block, (query, views.of(first + k)), (lanes, ANY), count)
-            };
+            changed = if lanes == 0 { 0 } else { rows.test_counting(block, query, (lanes, ANY), count) };
         }
         changed
     }

@@ -46,7 +46,7 @@ fn first_is_first_of_all<S: Scalar, B: Block<S>>(what: &str, block: &B, rays: &R
     let from = S::Lane::from_fn(|_| S::from_f64(rng.unit() * 16.0));
     let to = from + S::Lane::from_fn(|_| S::from_f64(rng.unit() * 16.0));
     let looking = Looking { from, to, lanes: rng.bits() as u8 };
-    let found = block.first(0, rays, &View::along(rays.dir), None, &looking);
+    let found = block.first(0, rays, None, &looking);
     for k in (0..LANES).filter(|k| looking.lanes >> k & 1 == 1) {
         let [from, to, found] = [from, to, found].map(|x| x.to_array()[k].to_f64());
         let expected = lane_roots(all.as_ref(), k).into_iter().find(|&t| t > from);
@@ -100,10 +100,9 @@ fn four_rows_answer_as_one_does<S: Scalar, B: Block<S>>(what: &str, block: &B, r
     if !B::ACROSS {
         return;
     }
-    let view = View::along(rays.dir);
     let number = S::from_f64;
     for (lane, started) in (0..LANES).flat_map(|lane| (0..=block.len()).map(move |row| (lane, row))) {
-        let ray = Ray::of(rays, &view, lane);
+        let ray = Ray::of(rays, lane, true);
         for limits in [(0.0, f64::INFINITY), (0.0, 8.0), (8.0, 12.0)] {
             let (t_min, t_max) = (number(limits.0), number(limits.1));
             let bit = if started < block.len() { 1 << started } else { 0 };

@@ -2,7 +2,7 @@
 
 use crate::support::{Rng, lane_roots, packet};
 use glam::DVec3;
-use octray::kernel::{Block, Left, Looking, Polynomials, Rays, Spheres, Tori, View};
+use octray::kernel::{Block, Left, Looking, Polynomials, Rays, Spheres, Tori};
 use octray::lane::{LANES, Lane, Mask, f64x8};
 use octray::scene::{Polynomial, Transform};
 use std::sync::Arc;
@@ -70,10 +70,9 @@ fn agree(a: &impl Block<f64>, b: &impl Block<f64>, place: &Transform, far: f64, 
         let left = Left { on, part: surfaces.part };
         let (found_on, expected_on) = (a.roots(0, &onward, Some(&left)), b.roots(0, &onward, Some(&left)));
         let ahead = Looking { from: f64x8::zero(), to: f64x8::lit(f64::INFINITY), lanes: !0 };
-        let view = View::default();
-        let first = [a.first(0, &rays, &view, None, &ahead), b.first(0, &rays, &view, None, &ahead)];
+        let first = [a.first(0, &rays, None, &ahead), b.first(0, &rays, None, &ahead)];
         let left = Some(&left);
-        let first_on = [a.first(0, &onward, &view, left, &ahead), b.first(0, &onward, &view, left, &ahead)];
+        let first_on = [a.first(0, &onward, left, &ahead), b.first(0, &onward, left, &ahead)];
         for k in 0..LANES {
             let hit = on.bits() >> k & 1 == 1;
             let mut pairs = vec![(lane_roots(found.as_ref(), k), lane_roots(expected.as_ref(), k), first)];

@@ -5,7 +5,7 @@ use super::super::rows::Rows;
 use super::casters::Caster;
 use crate::bvh::Run;
 use crate::compile::{COMPOSITE, Geometry, SurfaceId, WithBlock};
-use crate::kernel::{Block, Ranks, Ray, View};
+use crate::kernel::{Block, Ranks, Ray};
 use crate::lane::{LANES, Lane, QUAD, Quad, Scalar, bits, f32x8};
 use std::cmp::Ordering;
 
@@ -51,10 +51,9 @@ pub(super) fn is_listed(caster: &Caster) -> bool {
     caster.opaque && caster.kind < COMPOSITE
 }
 
-/// Some of the ways of eight points to a light: as a query, and as they see corners.
+/// Some of the ways of eight points to a light: as a query.
 pub(super) struct Ways<'a, S: Scalar> {
     pub query: &'a mut Query<S::Lane>,
-    pub view: &'a View<S::Lane>,
     /// In the points' cells.
     pub depths: &'a [f32; LANES],
 }
@@ -113,9 +112,9 @@ impl<S: Scalar> Meets<'_, '_, S> {
     /// One way, four rows at a time.
     #[inline(always)]
     fn alone<K: Block<S>>(&self, block: &K, lane: usize) -> bool {
-        let Ways { query, view, depths } = &*self.ways;
+        let Ways { query, depths } = &*self.ways;
         let lane = lane & (LANES - 1);
-        let ray = Ray::of(&query.rays, view, lane);
+        let ray = Ray::of(&query.rays, lane, K::OUTLINED);
         let limits = (query.t_min.lanes()[lane], query.t.lanes()[lane]);
         let own = query.left[lane].wrapping_sub(self.base);
         self.alike.iter().take_while(|candidate| candidate.near <= depths[lane]).any(|candidate| {
@@ -132,7 +131,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
     #[inline(never)]
     fn together<K: Block<S>>(self, block: &K) -> u8 {
         let Self { alike, base, ranks, ways, lanes } = self;
-        let Ways { query, view, depths } = ways;
+        let Ways { query, depths } = ways;
         let depths = f32x8::from_array(**depths);
         let mut met = 0;
         for &Candidate { four, kind, rows, near } in alike {
@@ -143,7 +142,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
             for k in bits(rows) {
                 let run = Run { kind, class: 0, last: true, len: 1, first: QUAD as u32 * four + k as u32 };
                 let rows = Rows { run: &run, base, ranks };
-                met |= rows.test(block, (&mut **query, view), (before & !met, true)).0;
+                met |= rows.test(block, query, (before & !met, true)).0;
             }
         }
         met

@@ -24,7 +24,6 @@ pub use raster::{Room, fill};
 
 use super::query::Query;
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
-use crate::kernel::View;
 use crate::lane::{
     LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8, lanes_within, prefetch,
     same_lanes,
@@ -275,8 +274,7 @@ impl LightBuffer {
         places: &Places,
         known: &mut Known,
     ) {
-        let view = if scene.has_triangles() { View::along(query.rays.dir) } else { View::default() };
-        let mut ways = Ways { query, view: &view, depths: places.depth.lanes() };
+        let mut ways = Ways { query, depths: places.depth.lanes() };
         let mut waiting = known.doubtful;
         while waiting != 0 {
             // Neighbours often lie in one cell.

@@ -9,7 +9,7 @@ use super::seen::{Outline, Seen, relative};
 use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
-use crate::kernel::{Block, Looking, Rays, View};
+use crate::kernel::{Block, Looking, Rays};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -416,6 +416,6 @@ impl<S: Scalar> WithBlock<S> for Pierce<'_, S::Lane> {
 
     fn block<K: Block<S>>(self, block: &K) -> S::Lane {
         let looking = Looking { from: S::Lane::zero(), to: S::Lane::lit(f64::INFINITY), lanes: !0 };
-        block.first(self.row, self.rays, &View::default(), None, &looking)
+        block.first(self.row, self.rays, None, &looking)
     }
 }
