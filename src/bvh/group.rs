@@ -16,11 +16,11 @@ use super::{Bvh, Child, Node};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
 
 /// Packets that share an octant, and how they are looked at.
-pub(super) struct Group<'a, B: Scalar> {
+pub(super) struct Group<'a, B: Scalar, const N: usize> {
     pub bvh: &'a Bvh<B>,
     pub frame: Frame,
     pub octant: u8,
-    pub bounds: &'a Bounds<B>,
+    pub bounds: &'a Bounds<B, N>,
     /// How far off the frame's starts may be.
     pub pad: B,
     pub least_lanes: u32,
@@ -29,7 +29,7 @@ pub(super) struct Group<'a, B: Scalar> {
     pub packets: Packets,
 }
 
-impl<'a, B: Scalar> Group<'a, B> {
+impl<'a, B: Scalar, const N: usize> Group<'a, B, N> {
     /// Packet `number` of it by itself.
     #[inline(always)]
     fn packet(&self, number: usize) -> OnePacket<'a, B> {
@@ -39,8 +39,8 @@ impl<'a, B: Scalar> Group<'a, B> {
 }
 
 /// `LOOSE` bounds of packets only tell some boxes that are missed: rays are asked too.
-pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
-    how: &Group<B>,
+pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
+    how: &Group<B, N>,
     packets: &mut [Packet<B>],
     (stack, waiting): Stacks<B>,
     visit: &mut impl Visit<B>,
@@ -49,7 +49,7 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
     let sides = Sides::of(octant);
     let (soon, late) = bounds.around(how.packets).ends(octant);
     let (culls, units) = (Culls { soon, late }, bounds.units(octant));
-    let mut fars = Fars::none();
+    let mut fars = Fars::<B, N>::none();
     fars.look_again(how.packets, packets, frame);
     stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
     let mut top = 1;
@@ -58,7 +58,7 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
         let entry = stack[top];
         // Packets that have found something nearer since the entry was made drop out.
         let near = B::Lane::splat(entry.near);
-        let who = entry.who & by_eights(fars.by_packet, |far| near.le(far).bits());
+        let who = entry.who & by_eights::<N>(|half| near.le(fars.by_packet[half]).bits());
         if who == 0 {
             continue;
         }
@@ -97,18 +97,18 @@ pub(super) fn walk_group<B: Scalar, const LOOSE: bool>(
 }
 
 /// How far a group's packets look.
-struct Fars<B: Scalar> {
+struct Fars<B: Scalar, const N: usize> {
     /// The farthest that any ray of a packet looks; negative for packets that do not.
-    by_packet: ByPacket<B::Lane>,
+    by_packet: ByPacket<B::Lane, N>,
     /// The farthest of all.
     farthest: B,
 }
 
-impl<B: Scalar> Fars<B> {
+impl<B: Scalar, const N: usize> Fars<B, N> {
     /// Of packets that do not look.
     fn none() -> Self {
         let none = B::from_f64(-1.0);
-        Self { by_packet: [0, 1].map(|_| B::Lane::splat(none)), farthest: none }
+        Self { by_packet: [B::Lane::splat(none); N], farthest: none }
     }
 
     /// The packets of `which` may look less far than they did.
@@ -120,8 +120,8 @@ impl<B: Scalar> Fars<B> {
                 *fars = Mask::from_bits(eight_of(1 << k, half)).select(far, *fars);
             }
         }
-        let [a, b] = self.by_packet;
-        self.farthest = highest(a.max(b));
+        let [first, others @ ..] = &self.by_packet[..] else { return };
+        self.farthest = highest(others.iter().fold(*first, |far, &other| far.max(other)));
     }
 }
 

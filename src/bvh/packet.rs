@@ -13,8 +13,8 @@ pub(super) const HALVES: usize = 2;
 pub type Packets = u16;
 /// A bit for each ray of a group, by eights of its packets.
 pub(super) type GroupRays = [u64; HALVES];
-/// A number for each packet of a group, a packet a lane.
-pub(super) type ByPacket<L> = [L; HALVES];
+/// A number for each packet of a group of `N` times eight, a packet a lane.
+pub(super) type ByPacket<L, const N: usize> = [L; N];
 
 /// The numbers of the packets whose bit is set, lowest first.
 #[inline(always)]
@@ -24,9 +24,8 @@ pub fn each_packet(which: Packets) -> impl Iterator<Item = usize> {
 
 /// A bit for each packet, by eight of them.
 #[inline(always)]
-pub(super) fn by_eights<L: Copy>(of: ByPacket<L>, bits: impl Fn(L) -> u8) -> Packets {
-    let both = of.map(|eight| Packets::from(bits(eight)));
-    both[0] | both[1] << LANES
+pub(super) fn by_eights<const N: usize>(bits: impl Fn(usize) -> u8) -> Packets {
+    (0..N).fold(0, |all, half| all | Packets::from(bits(half)) << (LANES * half))
 }
 
 /// The bits of eight packets.
@@ -213,39 +212,40 @@ pub(super) struct Units<B: Scalar> {
 }
 
 /// Which rays of a group's packets are alive.
-pub(super) struct Alive<B: Scalar> {
-    live: [Mask<B::Lane>; GROUP],
+pub(super) struct Alive<B: Scalar, const N: usize> {
+    live: [[Mask<B::Lane>; LANES]; N],
     /// The lane of the first.
-    first: [usize; GROUP],
+    first: [[usize; LANES]; N],
     /// Packets with one at least.
     pub packets: Packets,
 }
 
-impl<B: Scalar> Alive<B> {
+impl<B: Scalar, const N: usize> Alive<B, N> {
     #[inline(always)]
     pub fn of(packets: &[Packet<B>]) -> Self {
-        let mut alive = Self { live: [Mask::all_set(); GROUP], first: [0; GROUP], packets: 0 };
-        for (k, packet) in packets.iter().enumerate().take(GROUP) {
-            let live = packet.far.ge(B::Lane::zero());
-            alive.live[k] = live;
-            alive.first[k] = live.bits().trailing_zeros() as usize & (LANES - 1);
-            alive.packets |= Packets::from(live.any()) << k;
+        let mut alive = Self { live: [[Mask::all_set(); LANES]; N], first: [[0; LANES]; N], packets: 0 };
+        for (half, eight) in packets.chunks(LANES).enumerate().take(N) {
+            for (k, packet) in eight.iter().enumerate() {
+                let live = packet.far.ge(B::Lane::zero());
+                alive.live[half][k] = live;
+                alive.first[half][k] = live.bits().trailing_zeros() as usize & (LANES - 1);
+                alive.packets |= Packets::from(live.any()) << (LANES * half + k);
+            }
         }
         alive
     }
 
     /// The least and the most of a number over the live rays of each packet. Lanes of packets without a live ray hold anything.
     #[inline(always)]
-    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B> {
+    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B, N> {
         // Packets that are not there are the last: how many there are, and in which all rays live, would be guessed.
         let last = packets.len().saturating_sub(1);
-        let [mut least, mut most] = [[B::Lane::zero(); HALVES]; 2];
-        for half in 0..packets.len().div_ceil(LANES).min(HALVES) {
+        let [mut least, mut most] = [[B::Lane::zero(); N]; 2];
+        for half in 0..N {
             let mut rows = [B::Lane::zero(); LANES];
             for (k, row) in rows.iter_mut().enumerate() {
-                let number = LANES * half + k;
-                let x = column(&packets[number.min(last)]);
-                *row = self.live[number].select(*x, B::Lane::splat(x.lanes()[self.first[number]]));
+                let x = column(&packets[(LANES * half + k).min(last)]);
+                *row = self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]));
             }
             let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
             least[half] = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
@@ -256,23 +256,23 @@ impl<B: Scalar> Alive<B> {
 }
 
 /// The least and the most of a number, packet by packet.
-type Ends<B> = [ByPacket<<B as Scalar>::Lane>; 2];
+type Ends<B, const N: usize> = [ByPacket<<B as Scalar>::Lane, N>; 2];
 
 /// What bounds the directions of a group's packets; by axis, least and most.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Directions<B: Scalar> {
-    inverse: [Ends<B>; 3],
+pub(super) struct Directions<B: Scalar, const N: usize> {
+    inverse: [Ends<B, N>; 3],
 }
 
-impl<B: Scalar> Directions<B> {
+impl<B: Scalar, const N: usize> Directions<B, N> {
     /// Of `packets`, at least one.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B>) -> Self {
+    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>) -> Self {
         Self { inverse: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.inverse[axis])) }
     }
 
     /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
     pub fn octants(&self) -> ([Packets; 3], Packets) {
-        let negative = |of| by_eights(of, |x: B::Lane| x.lt(B::Lane::zero()).bits());
+        let negative = |of: ByPacket<B::Lane, N>| by_eights::<N>(|half| of[half].lt(B::Lane::zero()).bits());
         let backward = self.inverse.map(|[_, most]| negative(most));
         let [x, y, z] = [0, 1, 2].map(|axis| negative(self.inverse[axis][0]) & !backward[axis]);
         (backward, x | y | z)
@@ -281,7 +281,7 @@ impl<B: Scalar> Directions<B> {
     /// Packets whose directions are farther apart than `spread`: see [`Directions::spread_of`].
     pub fn wider_than(&self, spread: f64) -> Packets {
         let one = B::Lane::lit(1.0);
-        by_eights([0, 1], |half: usize| {
+        by_eights::<N>(|half| {
             let [x, y, z] = self.inverse.map(|[a, b]| (one / a[half] - one / b[half]).abs());
             (!(x + y + z).le(B::Lane::lit(spread))).bits()
         })
@@ -301,9 +301,9 @@ fn spread<B: Scalar>(inverse: [[B; 2]; 3]) -> f64 {
 
 /// What bounds the live rays of a group's packets; by axis, least and most.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds<B: Scalar> {
-    origin: [Ends<B>; 3],
-    inverse: [Ends<B>; 3],
+pub(super) struct Bounds<B: Scalar, const N: usize> {
+    origin: [Ends<B, N>; 3],
+    inverse: [Ends<B, N>; 3],
 }
 
 /// Starts that lie within so many roundings of their coordinates and of the bounds' widths are one: then bounds over a
@@ -313,9 +313,9 @@ pub(super) struct Bounds<B: Scalar> {
 /// rays start on, which are four times the tests.)
 const COMMON_ROUNDINGS: f64 = 16.0;
 
-impl<B: Scalar> Bounds<B> {
+impl<B: Scalar, const N: usize> Bounds<B, N> {
     /// Of packets by their own starts.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B>, directions: &Directions<B>) -> Self {
+    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>, directions: &Directions<B, N>) -> Self {
         Self {
             origin: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.origin[axis])),
             inverse: directions.inverse,
@@ -325,9 +325,9 @@ impl<B: Scalar> Bounds<B> {
     /// The same by the start that the packets of `which` have in common, if they do; and how far off that may be.
     pub fn common(
         bvh: &Bvh<B>,
-        (packets, alive): (&[Packet<B>], &Alive<B>),
+        (packets, alive): (&[Packet<B>], &Alive<B, N>),
         which: Packets,
-        directions: &Directions<B>,
+        directions: &Directions<B, N>,
     ) -> Option<(Self, B)> {
         let width = (bvh.bounds.max - bvh.bounds.min).max_element();
         // Rays that are no camera's mostly start far apart, which the first and the last tell.
@@ -362,13 +362,13 @@ impl<B: Scalar> Bounds<B> {
 
     /// One packet's.
     pub fn lane(&self, packet: usize) -> Interval<B> {
-        let both = |ends: Ends<B>| ends.map(|x| x[packet / LANES].lanes()[packet % LANES]);
+        let both = |ends: Ends<B, N>| ends.map(|x| x[packet / LANES].lanes()[packet % LANES]);
         Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
     }
 
     /// The packets as what is held against boxes.
-    pub fn units(&self, octant: u8) -> ByPacket<Units<B>> {
-        [0, 1].map(|half| {
+    pub fn units(&self, octant: u8) -> ByPacket<Units<B>, N> {
+        std::array::from_fn(|half| {
             let line = |axis: usize, late: bool| {
                 let negative = octant >> axis & 1 == 1;
                 let origin = self.origin[axis][usize::from(negative == late)][half];

@@ -142,6 +142,9 @@ fn meet<B: Scalar>(
     let mut met_by = [[0; HALVES]; LANES];
     let mut nearest = B::Lane::lit(f64::INFINITY);
     for (half, who) in who.into_iter().enumerate() {
+        if who == 0 {
+            continue;
+        }
         // A ray's bit in the lanes of the children that it meets. (Of children that are not there, too.)
         let mut met_here = [B::Lane::zero(); 2];
         for ray in bits_of_many::<RAYS>(who) {

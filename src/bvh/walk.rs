@@ -5,10 +5,10 @@
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
 use super::group::{Group, OnePacket, walk_group, walk_packet};
-use super::packet::{Alive, Bounds, Directions, Frame, GROUP, Interval, Packet, each_packet};
+use super::packet::{Alive, Bounds, Directions, Frame, GROUP, HALVES, Interval, Packet, each_packet};
 use super::single::{LEAST_TOGETHER, walk_lanes};
 use super::small::walk_small;
-use super::stack::{Entry, Stack};
+use super::stack::{Entry, Stack, Stacks};
 use super::stream::walk_stream;
 use super::visit::Visit;
 use super::{Bvh, Child};
@@ -97,7 +97,24 @@ pub fn walk<B: Scalar>(
         }
         return;
     }
-    let (switches, alive) = (Switches::of(traversal, bvh.together), Alive::of(packets));
+    let switches = Switches::of(traversal, bvh.together);
+    // (Where few packets come to an instance, what bounds the others would cost as much as a node.)
+    if packets.len() <= LANES {
+        walk_eights::<B, 1>(bvh, packets, (stack, rays), visit, switches);
+    } else {
+        walk_eights::<B, HALVES>(bvh, packets, (stack, rays), visit, switches);
+    }
+}
+
+/// Walks up to `N` times eight packets.
+fn walk_eights<B: Scalar, const N: usize>(
+    bvh: &Bvh<B>,
+    packets: &mut [Packet<B>],
+    (stack, rays): Stacks<B>,
+    visit: &mut impl Visit<B>,
+    switches: Switches,
+) {
+    let alive = Alive::<B, N>::of(packets);
     let mut waiting = alive.packets;
     let directions = Directions::of(packets, &alive);
     let (backward, mixed) = directions.octants();
@@ -153,9 +170,9 @@ pub fn walk<B: Scalar>(
             packets: group,
         };
         if frame == Frame::Common {
-            walk_group::<B, false>(&group, packets, (stack, rays), visit);
+            walk_group::<B, N, false>(&group, packets, (stack, rays), visit);
         } else {
-            walk_group::<B, true>(&group, packets, (stack, rays), visit);
+            walk_group::<B, N, true>(&group, packets, (stack, rays), visit);
         }
     }
 }

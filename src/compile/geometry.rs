@@ -1,10 +1,10 @@
 //! What rays meet: primitives in columns, a tree over them, and a number for every surface.
 
 use super::{Columns, Instances, Kind, SurfaceId};
-use crate::bvh::{Bvh, Run};
+use crate::bvh::{Bvh, GROUP, Run};
 use crate::csg::CsgTree;
 use crate::kernel::Ranks;
-use crate::lane::Scalar;
+use crate::lane::{LANES, Scalar};
 use glam::DVec3;
 
 /// Primitives in precision `S` under boxes in precision `B`: those of a scene, or of something that stands in several places of one.
@@ -115,6 +115,13 @@ impl<S: Scalar, B: Scalar> Geometry<S, B> {
     /// True if it has triangles by themselves, whose tests want a ray's view.
     pub fn has_triangles(&self) -> bool {
         self.columns.len(Kind::Triangle) + self.columns.len(Kind::SmoothTriangle) > 0
+    }
+
+    /// How many packets had better go through the tree together. Twice eight share the cost of nodes, but are, with what leaves and
+    /// instances need beside them, more than a core's first cache holds. (By turns with eight, frames with 2,500 and 1,600
+    /// instances would take 1.07 and 1.03 of the time, tori and composites 1.01 to 1.02; meshes take 0.93 to 1.01.)
+    pub fn group_size(&self) -> usize {
+        if self.bvh.together || !self.instances.is_empty() { LANES } else { GROUP }
     }
 
     /// True if any run has a class of `filter`.

@@ -3,11 +3,11 @@
 use super::composite::composites;
 use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::rows::{Lone, Prefetch, Rows, TestAcross, TestPackets, TestRun, Views, accept};
 use super::sharpen::sharpen;
 use super::trace::Tracer;
-use crate::bvh::{Count, Packet, Packets, Run, Visit, each_packet};
+use crate::bvh::{Count, GROUP, Packet, Packets, Run, Visit, each_packet};
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, class};
 use crate::csg::{Scratch, Stretch};
 use crate::lane::{LANES, Lane, Scalar, choose};
@@ -64,7 +64,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             for k in each_packet(which) {
                 live[k] = packets[k].live();
             }
-            in_instances = self.instances(run, 0, &live);
+            in_instances = self.instances(run, 0, &live[..packets.len().min(GROUP)]);
         }
         let mut changed = 0;
         for k in each_packet(which) {

@@ -42,7 +42,7 @@ use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
 use light::LightProgram;
-use query::{GROUP, Query};
+use query::Query;
 use queue::Lines;
 use std::sync::{Mutex, PoisonError};
 pub use stream::{RayStream, StreamHits, stream_occupancy, trace_stream};
@@ -157,7 +157,7 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
 ) -> Vec<Option<FirstHit>> {
     let mut tracer = Tracer::default();
     let mut found = Vec::with_capacity(rays.len());
-    for group in rays.chunks(GROUP * LANES) {
+    for group in rays.chunks(scene.geometry.group_size() * LANES) {
         let mut queries: Vec<Query<S::Lane>> = group
             .chunks(LANES)
             .map(|eight| {

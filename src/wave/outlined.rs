@@ -5,9 +5,9 @@
 //! row, every branch that was guessed wrongly cost all that was under way: coherent rays of meshes took 4 to 9 % longer, in
 //! double precision up to 14.
 
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::rows::{Rows, Views, accept};
-use crate::bvh::{Count, Packet, Packets, each_packet};
+use crate::bvh::{Count, GROUP, Packet, Packets, each_packet};
 use crate::kernel::{Block, LinePairs, Passing};
 use crate::lane::{LANES, QUAD, Scalar, choose};
 use std::ops::Range;

@@ -1,7 +1,6 @@
 //! Eight rays on their way to what they hit.
 
 use super::queue::Lines;
-pub use crate::bvh::GROUP;
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::{Looking, Ranks, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, equal_lanes, lanes_within};

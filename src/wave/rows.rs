@@ -1,8 +1,8 @@
 //! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against four rows.
 
 use super::outlined::Outlined;
-use super::query::{GROUP, Query};
-use crate::bvh::{Count, Packet, Packets, Run, each_packet};
+use super::query::Query;
+use crate::bvh::{Count, GROUP, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose};

@@ -6,7 +6,7 @@
 use super::filters::{Tinting, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::queue::{Feelers, Queue};
 use super::sums::Sums;
 use super::trace::Tracer;
@@ -42,7 +42,7 @@ impl<S: Scalar> ShadowTracer<S> {
         if self.suspects.len() <= light {
             self.suspects.resize(light + 1, None);
         }
-        for group in queue.packets().chunks(GROUP) {
+        for group in queue.packets().chunks(scene.geometry.group_size()) {
             aim(&mut self.queries, group);
             let ways =
                 tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));

@@ -1,9 +1,9 @@
 //! Rays from outside through the compiled scene, in the order they come: the same packets, groups and walk as a
 //! picture's waves, without the shading.
 
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::trace::Tracer;
-use crate::bvh::{Occupancy, Traversal};
+use crate::bvh::{GROUP, Occupancy, Traversal};
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, prefetch};
@@ -34,10 +34,6 @@ pub struct StreamHits<S> {
     t: Vec<S>,
     surface: Vec<SurfaceId>,
 }
-
-/// The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands still for
-/// more.
-const HALF: usize = GROUP / 2;
 
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -190,9 +186,10 @@ fn trace_chunk<S: Scalar, B: Scalar>(
     queries: &mut Vec<Query<S::Lane>>,
     (t, surface): (&mut [S], &mut [SurfaceId]),
 ) {
-    let groups = t.chunks_mut(GROUP * LANES).zip(surface.chunks_mut(GROUP * LANES));
+    let rays = scene.group_size() * LANES;
+    let groups = t.chunks_mut(rays).zip(surface.chunks_mut(rays));
     for (group, (t, surface)) in groups.enumerate() {
-        trace_group(scene, stream, first + group * GROUP * LANES, tracer, queries, t, surface);
+        trace_group(scene, stream, first + group * rays, tracer, queries, t, surface);
     }
 }
 
@@ -206,12 +203,15 @@ fn trace_group<S: Scalar, B: Scalar>(
     t: &mut [S],
     surface: &mut [SurfaceId],
 ) {
+    // The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands
+    // still for more.
+    let (group, half) = (scene.group_size(), scene.group_size() / 2);
     queries.resize(t.len().div_ceil(LANES), Query::default());
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
         stream.aim(first / LANES + k, lanes, scene.origin, query);
-        if k >= HALF {
-            stream.prefetch(first / LANES + k + GROUP - HALF);
+        if k >= half {
+            stream.prefetch(first / LANES + k + group - half);
         }
     }
     match stream.query {
@@ -228,8 +228,8 @@ fn trace_group<S: Scalar, B: Scalar>(
     }
     let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
     for (k, (query, (t, surface))) in queries.iter().zip(lanes).enumerate() {
-        if k < HALF {
-            stream.prefetch(first / LANES + k + GROUP + HALF);
+        if k < half {
+            stream.prefetch(first / LANES + k + group + half);
         }
         copy_first(query.t.lanes(), t);
         copy_first(&query.surface, surface);

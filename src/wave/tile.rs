@@ -5,7 +5,7 @@ use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::queue::{Carriers, Feelers, Queue};
 use super::shade::shade;
 use super::shadow::ShadowTracer;
@@ -168,7 +168,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             Sender::Mirror => class::REFLECTED,
         };
         let (reflected, refracted, counts) = (&mut self.reflected, &mut self.refracted, &mut self.counts);
-        for group in batch_order.chunks(GROUP) {
+        for group in batch_order.chunks(scene.geometry.group_size()) {
             let group = group.iter().map(|&number| &batch[number as usize]);
             queries.resize(group.len(), Query::default());
             for (query, rays) in queries.iter_mut().zip(group.clone()) {

@@ -3,10 +3,10 @@
 use super::crossings::InTheWay;
 use super::leaves::{LeafBuffers, Leaves};
 use super::light_buffer::Cones;
-use super::query::{GROUP, Query};
+use super::query::Query;
 use super::rows::Views;
 use super::sharpen::sharpen;
-use crate::bvh::{Count, Occupancy, Packet, Run, Stack, Traversal, walk};
+use crate::bvh::{Count, GROUP, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Geometry, class};
 use crate::csg::Stretch;
 use crate::lane::{Lane, Scalar};
