@@ -5,9 +5,9 @@
 //! them meet; only in between are packets tested one by one. Where few rays of a single packet are left they go on
 //! singly; where packets are wide beside the boxes, as a stream.
 
-use super::packet::{
-    Bounds, ByPacket, Crossing, Frame, Interval, Packet, Packets, Units, by_eights, each_packet, eight_of,
-};
+use super::bounds::{Bounds, Interval};
+use super::eights::{ByPacket, Packets, by_eights, each_packet, eight_of};
+use super::packet::{Crossing, Frame, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Order, Sides, Stacks};
 use super::stream::walk_stream;

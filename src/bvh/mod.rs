@@ -3,8 +3,10 @@
 //! It knows bounds, kinds and row numbers, and calls leaf code it is handed; it knows no kernel, colour or text.
 
 mod binary;
+mod bounds;
 mod build;
 mod collapse;
+mod eights;
 mod emit;
 mod filling;
 mod group;
@@ -25,10 +27,11 @@ mod walk;
 mod tests;
 
 pub use build::{Preset, build};
+pub use eights::{GROUP, Packets, each_packet};
 pub use items::{Item, Items};
 pub use node::{Bvh, Child, Node, Run};
 pub use occupancy::{Count, Occupancy, Tests};
-pub use packet::{GROUP, Packet, Packets, each_packet};
+pub use packet::Packet;
 pub use stack::Stack;
 pub use visit::Visit;
 pub use walk::{Traversal, walk};

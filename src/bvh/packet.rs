@@ -1,38 +1,9 @@
-//! Eight rays as the tree sees them, and what bounds several of them.
+//! Eight rays as the tree sees them.
 
 use super::Bvh;
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits_of_many, first_and_last};
+use crate::lane::{Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
-
-/// Packets that walk together, at most.
-pub const GROUP: usize = HALVES * LANES;
-/// A number of each of them takes so many times eight lanes.
-pub(super) const HALVES: usize = 2;
-/// A bit for each packet of a group.
-pub type Packets = u16;
-/// A bit for each ray of a group, by eights of its packets.
-pub(super) type GroupRays = [u64; HALVES];
-/// A number for each packet of a group of `N` times eight, a packet a lane.
-pub(super) type ByPacket<L, const N: usize> = [L; N];
-
-/// The numbers of the packets whose bit is set, lowest first.
-#[inline(always)]
-pub fn each_packet(which: Packets) -> impl Iterator<Item = usize> {
-    bits_of_many::<GROUP>(which.into())
-}
-
-/// A bit for each packet, by eight of them.
-#[inline(always)]
-pub(super) fn by_eights<const N: usize>(bits: impl Fn(usize) -> u8) -> Packets {
-    (0..N).fold(0, |all, half| all | Packets::from(bits(half)) << (LANES * half))
-}
-
-/// The bits of eight packets.
-#[inline(always)]
-pub(super) fn eight_of(which: Packets, half: usize) -> u8 {
-    (which >> (LANES * half)) as u8
-}
 
 /// Eight rays as the boxes see them: relative to the tree's origin, started at the tree's bounds, in precision `B`.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +18,7 @@ pub struct Packet<B: Scalar> {
     /// How far the start was moved, in scene units.
     start: B::Lane,
     /// Where the rays really start.
-    eye: [B::Lane; 3],
+    pub(super) eye: [B::Lane; 3],
 }
 
 /// From where distances along rays are counted when boxes are held against several of them.
@@ -142,7 +113,7 @@ impl<B: Scalar> Packet<B> {
 
     /// Where the ray in a lane really starts.
     #[inline(always)]
-    fn eye_of(&self, lane: usize) -> DVec3 {
+    pub(super) fn eye_of(&self, lane: usize) -> DVec3 {
         DVec3::from_array(self.eye.map(|x| x.lanes()[lane].to_f64()))
     }
 
@@ -211,225 +182,5 @@ pub(super) struct Units<B: Scalar> {
     pub late: [Crossing<B::Lane>; 3],
 }
 
-/// Which rays of a group's packets are alive.
-pub(super) struct Alive<B: Scalar, const N: usize> {
-    live: [[Mask<B::Lane>; LANES]; N],
-    /// The lane of the first.
-    first: [[usize; LANES]; N],
-    /// Packets with one at least.
-    pub packets: Packets,
-}
-
-impl<B: Scalar, const N: usize> Alive<B, N> {
-    #[inline(always)]
-    pub fn of(packets: &[Packet<B>]) -> Self {
-        let mut alive = Self { live: [[Mask::all_set(); LANES]; N], first: [[0; LANES]; N], packets: 0 };
-        for (half, eight) in packets.chunks(LANES).enumerate().take(N) {
-            for (k, packet) in eight.iter().enumerate() {
-                let live = packet.far.ge(B::Lane::zero());
-                alive.live[half][k] = live;
-                alive.first[half][k] = live.bits().trailing_zeros() as usize & (LANES - 1);
-                alive.packets |= Packets::from(live.any()) << (LANES * half + k);
-            }
-        }
-        alive
-    }
-
-    /// The least and the most of a number over the live rays of each packet. Lanes of packets without a live ray hold anything.
-    #[inline(always)]
-    fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B, N> {
-        // Packets that are not there are the last: how many there are, and in which all rays live, would be guessed.
-        let last = packets.len().saturating_sub(1);
-        let [mut least, mut most] = [[B::Lane::zero(); N]; 2];
-        for half in 0..N {
-            let mut rows = [B::Lane::zero(); LANES];
-            for (k, row) in rows.iter_mut().enumerate() {
-                let x = column(&packets[(LANES * half + k).min(last)]);
-                *row = self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]));
-            }
-            let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
-            least[half] = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
-            most[half] = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
-        }
-        [least, most]
-    }
-}
-
-/// The least and the most of a number, packet by packet.
-type Ends<B, const N: usize> = [ByPacket<<B as Scalar>::Lane, N>; 2];
-
-/// What bounds the directions of a group's packets; by axis, least and most.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Directions<B: Scalar, const N: usize> {
-    inverse: [Ends<B, N>; 3],
-}
-
-impl<B: Scalar, const N: usize> Directions<B, N> {
-    /// Of `packets`, at least one.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>) -> Self {
-        Self { inverse: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.inverse[axis])) }
-    }
-
-    /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
-    pub fn octants(&self) -> ([Packets; 3], Packets) {
-        let negative = |of: ByPacket<B::Lane, N>| by_eights::<N>(|half| of[half].lt(B::Lane::zero()).bits());
-        let backward = self.inverse.map(|[_, most]| negative(most));
-        let [x, y, z] = [0, 1, 2].map(|axis| negative(self.inverse[axis][0]) & !backward[axis]);
-        (backward, x | y | z)
-    }
-
-    /// Packets whose directions are farther apart than `spread`: see [`Directions::spread_of`].
-    pub fn wider_than(&self, spread: f64) -> Packets {
-        let one = B::Lane::lit(1.0);
-        by_eights::<N>(|half| {
-            let [x, y, z] = self.inverse.map(|[a, b]| (one / a[half] - one / b[half]).abs());
-            (!(x + y + z).le(B::Lane::lit(spread))).bits()
-        })
-    }
-
-    /// How far apart the directions of the packets of `which` are: the widths of their components, summed.
-    pub fn spread_of(&self, which: Packets) -> f64 {
-        spread(self.inverse.map(|both| around(which, both)))
-    }
-}
-
-/// The widths of directions' components, summed, by the least and the most of their inverses.
-#[inline(always)]
-fn spread<B: Scalar>(inverse: [[B; 2]; 3]) -> f64 {
-    inverse.iter().map(|[a, b]| (1.0 / a.to_f64() - 1.0 / b.to_f64()).abs()).sum()
-}
-
-/// What bounds the live rays of a group's packets; by axis, least and most.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds<B: Scalar, const N: usize> {
-    origin: [Ends<B, N>; 3],
-    inverse: [Ends<B, N>; 3],
-}
-
-/// Starts that lie within so many roundings of their coordinates and of the bounds' widths are one: then bounds over a
-/// packet are so close that its rays need not be asked. [`Bvh::slack`] reckons with 7.5 for starts within the bounds; all
-/// boxes are widened by this for common ones, which lie further off. (Starts that are only near each other are not enough:
-/// a vase in a stadium. The other end of shadow rays, a light, was tried too: such bounds hold the surface that the
-/// rays start on, which are four times the tests.)
-const COMMON_ROUNDINGS: f64 = 16.0;
-
-impl<B: Scalar, const N: usize> Bounds<B, N> {
-    /// Of packets by their own starts.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>, directions: &Directions<B, N>) -> Self {
-        Self {
-            origin: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.origin[axis])),
-            inverse: directions.inverse,
-        }
-    }
-
-    /// The same by the start that the packets of `which` have in common, if they do; and how far off that may be.
-    pub fn common(
-        bvh: &Bvh<B>,
-        (packets, alive): (&[Packet<B>], &Alive<B, N>),
-        which: Packets,
-        directions: &Directions<B, N>,
-    ) -> Option<(Self, B)> {
-        let width = (bvh.bounds.max - bvh.bounds.min).max_element();
-        // Rays that are no camera's mostly start far apart, which the first and the last tell.
-        let (first, last) = (which.trailing_zeros() as usize, which.checked_ilog2()? as usize);
-        let (one, other) = (packets.get(first)?, packets.get(last)?);
-        let one = one.eye_of(first_and_last(one.live()).0);
-        let other = other.eye_of(first_and_last(other.live()).1);
-        let reach = one.abs().max(other.abs()).max_element();
-        if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
-            return None;
-        }
-        let mut eye = [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.eye[axis]));
-        let ends_of = eye.map(|both| around(which, both).map(B::to_f64));
-        let reach = ends_of.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
-        let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
-        if !ends_of.iter().all(|[least, most]| most - least <= pad) {
-            return None;
-        }
-        let pad = B::from_f64(pad);
-        let lanes = B::Lane::splat(pad);
-        for [least, most] in &mut eye {
-            (*least, *most) = (least.map(|x| x - lanes), most.map(|x| x + lanes));
-        }
-        Some((Self { origin: eye, inverse: directions.inverse }, pad))
-    }
-
-    /// Around the packets whose bit is set.
-    pub fn around(&self, which: Packets) -> Interval<B> {
-        let both = |ends| around(which, ends);
-        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
-    }
-
-    /// One packet's.
-    pub fn lane(&self, packet: usize) -> Interval<B> {
-        let both = |ends: Ends<B, N>| ends.map(|x| x[packet / LANES].lanes()[packet % LANES]);
-        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
-    }
-
-    /// The packets as what is held against boxes.
-    pub fn units(&self, octant: u8) -> ByPacket<Units<B>, N> {
-        std::array::from_fn(|half| {
-            let line = |axis: usize, late: bool| {
-                let negative = octant >> axis & 1 == 1;
-                let origin = self.origin[axis][usize::from(negative == late)][half];
-                let inverse = self.inverse[axis][usize::from(negative != late)][half];
-                (inverse, -(origin * inverse))
-            };
-            Units {
-                soon: [0, 1, 2].map(|axis| line(axis, false)),
-                late: [0, 1, 2].map(|axis| line(axis, true)),
-            }
-        })
-    }
-}
-
-/// The least and the most over the packets, or rays of one, whose bit is set.
-#[inline(always)]
-fn around<L: Lane, const N: usize>(which: Packets, [least, most]: [[L; N]; 2]) -> [L::Scalar; 2] {
-    let mut ends = [L::lit(f64::INFINITY), L::lit(f64::NEG_INFINITY)];
-    for half in 0..N {
-        let which = Mask::<L>::from_bits(eight_of(which, half));
-        ends[0] = which.select(least[half], ends[0]).min(ends[0]);
-        ends[1] = which.select(most[half], ends[1]).max(ends[1]);
-    }
-    [fold(ends[0], |a, b| if b < a { b } else { a }), fold(ends[1], |a, b| if b > a { b } else { a })]
-}
-
-#[inline(always)]
-fn fold<L: Lane>(x: L, f: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
-    let lanes = x.to_array();
-    let four = [f(lanes[0], lanes[4]), f(lanes[1], lanes[5]), f(lanes[2], lanes[6]), f(lanes[3], lanes[7])];
-    f(f(four[0], four[2]), f(four[1], four[3]))
-}
-
-/// Bounds of several rays of one octant, by axis: least and most.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Interval<B> {
-    origin: [[B; 2]; 3],
-    inverse: [[B; 2]; 3],
-}
-
 /// A plane's crossing is `plane * .0 + .1`.
 pub(super) type Crossing<L> = (L, L);
-
-impl<B: Scalar> Interval<B> {
-    /// Of the rays `lanes` of one packet, at least one.
-    pub fn of(packet: &Packet<B>, lanes: u8) -> Self {
-        let both = |x: B::Lane| around(lanes.into(), [[x], [x]]);
-        Self { origin: packet.origin.map(both), inverse: packet.inverse.map(both) }
-    }
-
-    /// By axis: crossings no ray of the group has before, and none after. (Where they are negative the planes lie behind
-    /// some ray, and only the sign holds; more is not asked of them.)
-    #[allow(clippy::type_complexity, reason = "a pair of threes has no better name")]
-    pub fn ends(&self, octant: u8) -> ([Crossing<B::Lane>; 3], [Crossing<B::Lane>; 3]) {
-        let line = |axis: usize, late: bool| {
-            let negative = octant >> axis & 1 == 1;
-            // Soonest: the ray that starts furthest along its direction, and goes fastest.
-            let origin = B::Lane::splat(self.origin[axis][usize::from(negative == late)]);
-            let inverse = B::Lane::splat(self.inverse[axis][usize::from(negative != late)]);
-            (inverse, -(origin * inverse))
-        };
-        ([0, 1, 2].map(|axis| line(axis, false)), [0, 1, 2].map(|axis| line(axis, true)))
-    }
-}

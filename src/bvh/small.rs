@@ -3,7 +3,8 @@
 //! What a group of packets costs before it is under way (its bounds, its octants) is more than a small tree can give
 //! back. Here rays may go any way.
 
-use super::packet::{Packet, Packets, each_packet};
+use super::eights::{Packets, each_packet};
+use super::packet::Packet;
 use super::visit::Visit;
 use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar};

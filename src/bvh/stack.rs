@@ -1,6 +1,6 @@
 //! What a walk remembers of the nodes behind it, and in which order it takes a node's children.
 
-use super::packet::{GroupRays, Packets};
+use super::eights::{GroupRays, Packets};
 use super::{Child, Node};
 use crate::lane::{LANES, Lane, Scalar};
 

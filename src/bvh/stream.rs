@@ -5,7 +5,8 @@
 //! that walks alone waits for each of its own (Barringer and Akenine-Möller 2014, Dynamic ray stream traversal, ACM
 //! Transactions on Graphics 33(4)). Where few rays are left they go on singly.
 
-use super::packet::{GROUP, GroupRays, HALVES, Packet, Packets, each_packet};
+use super::eights::{GROUP, GroupRays, HALVES, Packets, each_packet};
+use super::packet::Packet;
 use super::single::{LEAST_TOGETHER, walk_single};
 use super::stack::{Entry, Order, Sides, Stacks};
 use super::visit::Visit;

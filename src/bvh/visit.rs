@@ -1,7 +1,8 @@
 //! What a walk asks of whoever sent it.
 
 use super::Run;
-use super::packet::{Packet, Packets};
+use super::eights::Packets;
+use super::packet::Packet;
 use crate::lane::Scalar;
 
 /// What the walk's owner does in leaves.

@@ -4,8 +4,10 @@
 //! Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
+use super::bounds::{Alive, Bounds, Directions, Interval};
+use super::eights::{GROUP, HALVES, each_packet};
 use super::group::{Group, OnePacket, walk_group, walk_packet};
-use super::packet::{Alive, Bounds, Directions, Frame, GROUP, HALVES, Interval, Packet, each_packet};
+use super::packet::{Frame, Packet};
 use super::single::{LEAST_TOGETHER, walk_lanes};
 use super::small::walk_small;
 use super::stack::{Entry, Stack, Stacks};
