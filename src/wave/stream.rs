@@ -205,7 +205,8 @@ fn trace_group<S: Scalar, B: Scalar>(
 ) {
     // The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands
     // still for more.
-    let (group, half) = (scene.group_size(), scene.group_size() / 2);
+    let group = scene.group_size();
+    let half = group / 2;
     queries.resize(t.len().div_ceil(LANES), Query::default());
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
