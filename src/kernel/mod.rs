@@ -80,6 +80,8 @@ pub struct Looking<L> {
     pub to: L,
     /// Lanes that look at all.
     pub lanes: u8,
+    /// Whether there is a crossing is all they ask: any place there will do for it.
+    pub any: bool,
 }
 
 /// One of eight rays, and how it sees corners: every number in four lanes, as it is held against four rows at a time.
@@ -212,7 +214,8 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots;
 
     /// The first crossing beyond where the rays look from; NaN where there is none. What is told of lanes that do not look, or
-    /// of crossings farther than they look, may be anything that is not nearer than those.
+    /// of crossings farther than they look, may be anything that is not nearer than those. Those that ask for any are told of one
+    /// somewhere where they look, not at its end.
     #[inline(always)]
     fn first(
         &self,

@@ -85,6 +85,17 @@ pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8, lanes: Mask<f64x8>) -> [Pair
     ]
 }
 
+/// About where `s^4 + p s^2 + q s + c` has its least: a Newton step from where it has that for `q = 0`.
+#[inline(always)]
+pub(super) fn low_place(p: f64x8, q: f64x8) -> f64x8 {
+    let (p, q): (f32x8, f32x8) = (p.cast(), q.cast());
+    let zero = f32x8::zero();
+    let start = Lane::max(p * f32x8::lit(-0.5), zero).sqrt().copysign(-q);
+    // There the slope is q.
+    let bend = p.lt(zero).select(p * f32x8::lit(-4.0), p + p);
+    (start - q / bend).cast()
+}
+
 /// Lanes in which `s^4 + p s^2 + q s + c` is above `room` for every `s`.
 ///
 /// What is above 0 is a sum of squares, `(s^2 + y)^2 + (p - 2 y) s^2 + q s + c - y^2` with some `y`: that of which the latter three

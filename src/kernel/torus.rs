@@ -2,7 +2,7 @@
 
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
-use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
+use super::quartic::{Pair, SETTLED, cubic, deflated, low_place, quartic, stays_above, stays_above_ahead};
 use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
@@ -29,6 +29,9 @@ const NEAR: f64 = 1.0 / 16384.0;
 /// The quartic is below this between two roots that count as near, or that nearly are: `-square` times the other two roots' factor there,
 /// which is at most `p + 6 m^2` for a root's middle `m` up to 2, as `p` is up to 4 within the unit sphere.
 const NEAR_VALUE: f64 = 32.0 * NEAR;
+
+/// A ray is within the tube for certain where the quartic is below minus this: a thousand times the roundings of its terms or more.
+const DEEP: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// Newton steps at most; beyond, a tangent ray only walks about within its error.
 const STEPS: usize = 4;
@@ -62,13 +65,15 @@ struct Line {
 }
 
 /// Which crossings are wanted: those from `from` to `to`, counted as `s` of a [`Line`], in the lanes of `lanes`; with `first`
-/// only the first of them. Crossings that nobody wants are left out, or are where they are to half their digits.
+/// only the first of them, with `any` whether there is one: instead of where it is it may be told where the ray is within the tube.
+/// Crossings that nobody wants are left out, or are where they are to half their digits.
 #[derive(Debug, Clone, Copy)]
 struct Wanted {
     from: f64x8,
     to: f64x8,
     lanes: Mask<f64x8>,
     first: bool,
+    any: bool,
 }
 
 /// What is wanted is looked for this much beyond the ends: roots before they are polished are off by less.
@@ -78,7 +83,7 @@ impl Wanted {
     /// Everything.
     fn all() -> Self {
         let inf = f64x8::lit(f64::INFINITY);
-        Self { from: -inf, to: inf, lanes: Mask::all_set(), first: false }
+        Self { from: -inf, to: inf, lanes: Mask::all_set(), first: false, any: false }
     }
 
     /// The same counted from `shift` on.
@@ -147,17 +152,31 @@ impl Ring {
         let (inner, outer) = (radius - major, radius + major);
         let zz = o.z * o.z;
         let c = ((inner - minor) * (inner + minor) + zz) * ((outer - minor) * (outer + minor) + zz);
+        let none = f64x8::lit(f64::NAN);
+        let (mut wanted, mut met, mut within) = (*wanted, Mask::none_set(), none);
+        if wanted.any {
+            // Most of what is met at all is met deep within the tube.
+            let value = |s: f64x8| ((s * s + p) * s + q) * s + c;
+            let (low, room) = (low_place(p, q), f64x8::lit(END_ROOM));
+            let between = low.ge(wanted.from + room) & low.le(wanted.to - room);
+            let deep = f64x8::lit(DEEP);
+            met = wanted.lanes & between & value(low).le(-deep) & value(wanted.from).ge(deep);
+            within = met.select(low, none);
+            wanted.lanes &= !met;
+            if wanted.lanes.none() {
+                return [within, none, none, none];
+            }
+        }
         // Half of the packets that come here miss in all lanes, and the roots take some ten times as long as this.
-        let wanted =
-            &Wanted { lanes: wanted.lanes & !stays_above(p, q, c, f64x8::lit(NEAR_VALUE)), ..*wanted };
+        wanted.lanes &= !stays_above(p, q, c, f64x8::lit(NEAR_VALUE));
         if wanted.lanes.none() {
-            return [f64x8::lit(f64::NAN); 4];
+            return [within, none, none, none];
         }
         let [low, high] = quartic(p, q, c, wanted.lanes);
-        let [l0, l1] = self.place(line, low, wanted);
+        let [l0, l1] = self.place(line, low, &wanted);
         let settled = wanted.settled_by(l0);
-        let [h0, h1] = self.place(line, high, &Wanted { lanes: wanted.lanes & !settled, ..*wanted });
-        [l0, l1, h0, h1]
+        let [h0, h1] = self.place(line, high, &Wanted { lanes: wanted.lanes & !settled, ..wanted });
+        [met.select(within, l0), l1, h0, h1]
     }
 
     /// Crossings of lanes that start on the torus: `t = 0`, and the roots of what remains of the quartic after
@@ -223,6 +242,17 @@ impl Ring {
             curvature: f64x8::lit(1.0) - major * (across - outward * outward) * inv,
             radius,
         }
+    }
+
+    /// Newton's step at `s` along a line, `value / slope` of the [`Tube`] there in one division; NaN on the axis.
+    #[inline(always)]
+    fn step(&self, line: &Line, s: f64x8) -> f64x8 {
+        let (p, d) = (line.origin + line.dir * s, line.dir);
+        let radius = (p.x * p.x + p.y * p.y).sqrt();
+        let off = radius - self.major.copysign(p.dot(p) + (self.major - self.minor));
+        let value = (off - self.minor) * (off + self.minor) + p.z * p.z;
+        let slope = off * (p.x * d.x + p.y * d.y) + p.z * d.z * radius;
+        value * f64x8::lit(0.5) * radius / slope
     }
 
     /// The roots of a pair, placed on the tube; NaN where there are none.
@@ -296,8 +326,7 @@ impl Ring {
             if moving.none() {
                 break;
             }
-            let tube = self.tube(line, s);
-            let step = tube.value / tube.slope;
+            let step = self.step(line, s);
             // NaN, of a tangent met to the bit, stays: there is nowhere to go.
             let step = Lane::max(-stride, Lane::min(stride, step));
             let sound = step.equal(step);
@@ -443,7 +472,8 @@ impl<S: Scalar> Block<S> for Tori<S> {
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
         let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
-        let wanted = Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true };
+        let wanted =
+            Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true, any: looking.any };
         match self.crossings(i, rays, left, &wanted) {
             Some((roots, _)) => least_beyond(&roots.map(S::Lane::from_f64s), looking.from),
             None => S::Lane::lit(f64::NAN),

@@ -109,7 +109,7 @@ impl<S: Scalar> WithBlock<S> for NoteRun<'_, S> {
                 continue;
             }
             let left = (on != 0).then_some(&left);
-            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes));
+            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes, false));
             tested += 1;
             // (Nothing is nearer than a miss, which is NaN.)
             let met = t.lt(query.t).bits() & lanes;

@@ -117,10 +117,10 @@ impl<L: Lane> Query<L> {
         self.starts && lanes_within(&self.left, first, len) != 0
     }
 
-    /// Where the rays `lanes` look for something.
+    /// Where the rays `lanes` look for something, with `any` for whether there is anything.
     #[inline(always)]
-    pub fn looking(&self, lanes: u8) -> Looking<L> {
-        Looking { from: self.t_min.in_register(), to: self.t.in_register(), lanes }
+    pub fn looking(&self, lanes: u8, any: bool) -> Looking<L> {
+        Looking { from: self.t_min.in_register(), to: self.t.in_register(), lanes, any }
     }
 
     /// Lanes that start on `surface`.

@@ -141,7 +141,7 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes & !gone));
+            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes & !gone, any));
             tested += 1;
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {

@@ -40,21 +40,28 @@ fn check<S: Scalar, B: Block<S>>(what: &str, push: impl Fn(&mut B, &Transform)) 
     }
 }
 
-/// Of a stretch of each ray: the crossing that [`Block::roots`] has there, or none.
+/// Of a stretch of each ray: the crossing that [`Block::roots`] has there, or none; and whether there is any.
 fn first_is_first_of_all<S: Scalar, B: Block<S>>(what: &str, block: &B, rays: &Rays<S::Lane>, rng: &mut Rng) {
     let all = block.roots(0, rays, None);
     let from = S::Lane::from_fn(|_| S::from_f64(rng.unit() * 16.0));
     let to = from + S::Lane::from_fn(|_| S::from_f64(rng.unit() * 16.0));
-    let looking = Looking { from, to, lanes: rng.bits() as u8 };
+    let looking = Looking { from, to, lanes: rng.bits() as u8, any: false };
     let found = block.first(0, rays, None, &looking);
+    let any = block.first(0, rays, None, &Looking { any: true, ..looking });
     for k in (0..LANES).filter(|k| looking.lanes >> k & 1 == 1) {
-        let [from, to, found] = [from, to, found].map(|x| x.to_array()[k].to_f64());
+        let [from, to, found, any] = [from, to, found, any].map(|x| x.to_array()[k].to_f64());
         let expected = lane_roots(all.as_ref(), k).into_iter().find(|&t| t > from);
         // Other starts of an iteration, or another order of sums: some roundings of distances up to 32.
         let close = |t: f64| (t - found).abs() <= 32.0 * 64.0 * S::UNIT_ROUNDOFF;
         match expected.filter(|&t| t <= to) {
-            Some(t) => assert!(close(t), "{what}: {found} for {t}"),
-            None => assert!(found.is_nan() || found > to, "{what}: {found} between {from} and {to}"),
+            Some(t) => {
+                assert!(close(t), "{what}: {found} for {t}");
+                assert!(from < any && any <= to, "{what}: {any} between {from} and {to}");
+            }
+            None => {
+                assert!(found.is_nan() || found > to, "{what}: {found} between {from} and {to}");
+                assert!(any.is_nan() || any > to, "{what}: {any} between {from} and {to}");
+            }
         }
     }
 }

@@ -69,7 +69,7 @@ fn agree(a: &impl Block<f64>, b: &impl Block<f64>, place: &Transform, far: f64, 
         let onward = Rays { origin: surfaces.point, dir: rays.dir };
         let left = Left { on, part: surfaces.part };
         let (found_on, expected_on) = (a.roots(0, &onward, Some(&left)), b.roots(0, &onward, Some(&left)));
-        let ahead = Looking { from: f64x8::zero(), to: f64x8::lit(f64::INFINITY), lanes: !0 };
+        let ahead = Looking { from: f64x8::zero(), to: f64x8::lit(f64::INFINITY), lanes: !0, any: false };
         let first = [a.first(0, &rays, None, &ahead), b.first(0, &rays, None, &ahead)];
         let left = Some(&left);
         let first_on = [a.first(0, &onward, left, &ahead), b.first(0, &onward, left, &ahead)];

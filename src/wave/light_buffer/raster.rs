@@ -415,7 +415,8 @@ impl<S: Scalar> WithBlock<S> for Pierce<'_, S::Lane> {
     type Output = S::Lane;
 
     fn block<K: Block<S>>(self, block: &K) -> S::Lane {
-        let looking = Looking { from: S::Lane::zero(), to: S::Lane::lit(f64::INFINITY), lanes: !0 };
+        let looking =
+            Looking { from: S::Lane::zero(), to: S::Lane::lit(f64::INFINITY), lanes: !0, any: false };
         block.first(self.row, self.rays, None, &looking)
     }
 }
