@@ -153,14 +153,59 @@ impl<L: Lane> Packet for Feelers<L> {
     }
 }
 
+/// Packets that stand together, and are taken out together.
+#[derive(Debug, Clone, Default)]
+pub struct Batch<P> {
+    /// As many as there are `octants` are packets that wait; the next, if there is one, is where a packet is made. What comes after is
+    /// of earlier use.
+    packets: Vec<P>,
+    /// Of each packet, that of its first ray.
+    octants: Vec<u8>,
+    /// Numbers of the packets, where they were put in an order.
+    order: Vec<u32>,
+}
+
+impl<P> Batch<P> {
+    /// The packets as they came.
+    pub fn packets(&self) -> &[P] {
+        &self.packets[..self.octants.len()]
+    }
+
+    /// The packets in groups of `size`, of which the last may be smaller: those of one octant together, else as they came.
+    pub fn by_octant(
+        &mut self,
+        size: usize,
+    ) -> impl Iterator<Item = impl ExactSizeIterator<Item = &P> + Clone> {
+        let Self { packets, octants, order } = self;
+        let mut places = [0; OCTANTS + 1];
+        for &octant in &*octants {
+            places[usize::from(octant) + 1] += 1;
+        }
+        for octant in 0..OCTANTS {
+            places[octant + 1] += places[octant];
+        }
+        order.clear();
+        order.resize(octants.len(), 0);
+        for (number, &octant) in octants.iter().enumerate() {
+            let place = &mut places[usize::from(octant)];
+            order[*place as usize] = number as u32;
+            *place += 1;
+        }
+        let packets = &*packets;
+        order.chunks(size).map(move |group| group.iter().map(move |&number| &packets[number as usize]))
+    }
+}
+
 /// Packets that wait. Nothing is allocated once the queue has been as long as it gets.
 #[derive(Debug)]
 pub struct Queue<P> {
-    /// The first `ready` are packets that wait; the next, if there is one, is where a packet is made.
-    packets: Vec<P>,
-    ready: usize,
-    /// Of each packet, that of its first ray.
-    octants: Vec<u8>,
+    /// Batches of `size` packets.
+    full: Vec<Batch<P>>,
+    /// The one that grows.
+    last: Batch<P>,
+    size: usize,
+    /// Empty ones.
+    spare: Vec<Batch<P>>,
     /// One for each octant, filled ray by ray.
     open: Vec<P>,
     /// Packets may be of several octants.
@@ -170,12 +215,14 @@ pub struct Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
-    /// An empty one; with `mixed` packets may be of several octants (see [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
-    pub fn new(mixed: bool) -> Self {
+    /// An empty one, of batches of `size` packets (at least 1); with `mixed` packets may be of several octants (see
+    /// [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
+    pub fn new(size: usize, mixed: bool) -> Self {
         Self {
-            packets: Vec::new(),
-            ready: 0,
-            octants: Vec::new(),
+            full: Vec::new(),
+            last: Batch::default(),
+            size,
+            spare: Vec::new(),
             open: vec![P::default(); OCTANTS],
             mixed,
             rays: 0,
@@ -186,16 +233,17 @@ impl<P: Packet> Queue<P> {
     /// Where the next packet is to be made, for [`Queue::push`] to take; it holds what was there before.
     #[inline]
     pub fn next(&mut self) -> &mut P {
-        if self.packets.len() == self.ready {
-            self.packets.push(P::default());
+        let Batch { packets, octants, .. } = &mut self.last;
+        if packets.len() == octants.len() {
+            packets.push(P::default());
         }
-        &mut self.packets[self.ready]
+        &mut packets[octants.len()]
     }
 
     /// Takes the rays of the packet made in [`Queue::next`].
     #[inline]
     pub fn push(&mut self) {
-        let Some(packet) = self.packets.get(self.ready) else { return };
+        let Some(packet) = self.last.packets.get(self.last.octants.len()) else { return };
         let lanes = packet.lanes();
         if lanes == 0 {
             return;
@@ -206,42 +254,46 @@ impl<P: Packet> Queue<P> {
         let one_octant = self.mixed || signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
         if one_octant && lanes.count_ones() >= KEPT_WHOLE {
             let octant = if self.mixed { 0 } else { octant_of(signs, lanes.trailing_zeros()) };
-            self.octants.push(octant);
-            self.ready += 1;
+            self.add(octant);
         } else {
             self.take_apart(lanes, signs);
         }
     }
 
+    /// The packet in its place in the last batch is ready.
+    #[inline(always)]
+    fn add(&mut self, octant: u8) {
+        self.last.octants.push(octant);
+        if self.last.octants.len() == self.size {
+            self.full.push(std::mem::replace(&mut self.last, self.spare.pop().unwrap_or_default()));
+        }
+    }
+
     #[inline(never)]
     fn take_apart(&mut self, mut lanes: u8, signs: [u8; 3]) {
+        // (Its place is that of the packets that get full.)
+        let packet = *self.next();
         while lanes != 0 {
             let from = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let octant = octant_of(signs, from as u32);
             let open = &mut self.open[usize::from(octant)];
             let filled = open.lanes();
-            let packet = &self.packets[self.ready];
             let to = filled.count_ones() as usize;
-            open.put(to, packet, from);
+            open.put(to, &packet, from);
             open.set_lanes(filled << 1 | 1);
             if to + 1 == LANES {
-                // Ready packets come before the one that is being taken apart.
-                if self.packets.len() == self.ready + 1 {
-                    self.packets.push(P::default());
-                }
-                self.packets[self.ready + 1] = self.packets[self.ready];
-                self.packets[self.ready] = *open;
+                let full = *open;
                 open.set_lanes(0);
-                self.octants.push(octant);
-                self.ready += 1;
+                *self.next() = full;
+                self.add(octant);
             }
         }
     }
 
     /// Packets that are ready.
     pub fn len(&self) -> usize {
-        self.ready
+        self.full.len() * self.size + self.last.octants.len()
     }
 
     /// Rays pushed since the last call.
@@ -265,53 +317,22 @@ impl<P: Packet> Queue<P> {
                 for to in open.lanes().count_ones() as usize..LANES {
                     next.put(to, &open, 0);
                 }
-                self.ready += 1;
-                self.octants.push(octant as u8);
+                self.add(octant as u8);
                 self.open[octant].set_lanes(0);
             }
         }
     }
 
-    /// The ready packets, which stay.
-    pub fn packets(&self) -> &[P] {
-        &self.packets[..self.ready]
-    }
-
-    /// Drops the ready packets, which have been worked off.
-    pub fn clear(&mut self) {
-        self.taken += self.ready as u64;
-        self.ready = 0;
-        self.octants.clear();
-    }
-
-    /// Moves the last `count` ready packets to `to`, in place of what is there, and says in which order to take
-    /// them: those of one octant together.
-    pub fn take_last(&mut self, count: usize, to: &mut Vec<P>, order: &mut Vec<u32>) {
-        let first = self.ready.saturating_sub(count);
-        self.taken += (self.ready - first) as u64;
-        let octants = &self.octants[first..];
-        let mut places = [0; OCTANTS + 1];
-        for &octant in octants {
-            places[usize::from(octant) + 1] += 1;
+    /// Takes out a batch, in place of what has been worked off of `batch`: the last that is full, or what there is.
+    pub fn take(&mut self, batch: &mut Batch<P>) {
+        let taken = self.full.pop().unwrap_or_else(|| std::mem::take(&mut self.last));
+        let mut spare = std::mem::replace(batch, taken);
+        spare.octants.clear();
+        self.spare.push(spare);
+        if self.last.packets.is_empty() {
+            self.last = self.spare.pop().unwrap_or_default();
         }
-        for octant in 0..OCTANTS {
-            places[octant + 1] += places[octant];
-        }
-        order.clear();
-        order.resize(octants.len(), 0);
-        for (number, &octant) in octants.iter().enumerate() {
-            let place = &mut places[usize::from(octant)];
-            order[*place as usize] = number as u32;
-            *place += 1;
-        }
-        if first == 0 {
-            std::mem::swap(&mut self.packets, to);
-        } else {
-            to.clear();
-            to.extend_from_slice(&self.packets[first..self.ready]);
-        }
-        self.ready = first;
-        self.octants.truncate(first);
+        self.taken += batch.octants.len() as u64;
     }
 }
 
@@ -341,29 +362,31 @@ mod tests {
     fn sinks(queue: &Queue<Carriers<f64x8>>) -> Vec<Vec<u32>> {
         let of =
             |p: &Carriers<f64x8>| (0..LANES).filter(|k| p.lanes >> k & 1 == 1).map(|k| p.sink[k]).collect();
-        queue.packets().iter().map(of).collect()
+        queue.last.packets().iter().map(of).collect()
     }
 
     #[test]
     fn nearly_full_packets_of_one_octant_stay_whole() {
-        let mut queue = Queue::new(false);
+        let mut queue = Queue::new(8, false);
         push(&mut queue, packet(0b1111_0111, |_| 1.0));
         assert_eq!(sinks(&queue), [[0, 1, 2, 4, 5, 6, 7]]);
     }
 
     #[test]
     fn mixed_rays_are_sorted_by_octant() {
-        let mut queue = Queue::new(false);
+        let mut queue = Queue::new(8, false);
         let alternating = packet(0xff, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
         push(&mut queue, alternating);
         assert_eq!(queue.len(), 0);
         push(&mut queue, alternating);
         assert_eq!(sinks(&queue), [[0, 2, 4, 6, 0, 2, 4, 6], [1, 3, 5, 7, 1, 3, 5, 7]]);
         assert_eq!(queue.take_count(), 16);
-        let (mut taken, mut order) = (Vec::new(), Vec::new());
-        queue.take_last(8, &mut taken, &mut order);
-        assert_eq!((queue.len(), order.len(), queue.take_packet_count()), (0, 2, 2));
-        for packet in order.iter().map(|&k| &taken[k as usize]) {
+        let mut taken = Batch::default();
+        queue.take(&mut taken);
+        assert_eq!((queue.len(), queue.take_packet_count()), (0, 2));
+        let packets: Vec<_> = taken.by_octant(1).flatten().collect();
+        assert_eq!(packets.len(), 2);
+        for packet in packets {
             let negative = packet.lines.rays.dir.x.lt(f64x8::zero()).bits();
             assert!(negative == 0 || negative == 0xff);
         }
@@ -371,7 +394,7 @@ mod tests {
 
     #[test]
     fn what_is_open_waits_for_the_flush() {
-        let mut queue = Queue::new(false);
+        let mut queue = Queue::new(8, false);
         push(&mut queue, packet(0b0000_0110, |_| 1.0));
         assert_eq!(queue.len(), 0);
         queue.flush();

@@ -7,7 +7,7 @@ use super::filters::{Tinting, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::Query;
-use super::queue::{Feelers, Queue};
+use super::queue::{Batch, Feelers, Queue};
 use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::Run;
@@ -17,6 +17,7 @@ use crate::lane::{Lane, Scalar};
 /// Buffers for shadow rays.
 #[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
+    batch: Batch<Feelers<S::Lane>>,
     queries: Vec<Query<S::Lane>>,
     tinting: Tinting,
     /// By light: see [`Tracer::occluded`].
@@ -42,7 +43,8 @@ impl<S: Scalar> ShadowTracer<S> {
         if self.suspects.len() <= light {
             self.suspects.resize(light + 1, None);
         }
-        for group in queue.packets().chunks(scene.geometry.group_size()) {
+        queue.take(&mut self.batch);
+        for group in self.batch.packets().chunks(scene.geometry.group_size()) {
             aim(&mut self.queries, group);
             let ways =
                 tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));
@@ -56,7 +58,6 @@ impl<S: Scalar> ShadowTracer<S> {
                 }
             }
         }
-        queue.clear();
     }
 }
 

@@ -6,7 +6,7 @@ use super::emit::Emit;
 use super::hits::{Hit, HitList, Sender};
 use super::medium::Media;
 use super::query::Query;
-use super::queue::{Carriers, Feelers, Queue};
+use super::queue::{Batch, Carriers, Feelers, Queue};
 use super::shade::shade;
 use super::shadow::ShadowTracer;
 use super::shown::Shown;
@@ -29,9 +29,7 @@ const SHADOW_BATCH: usize = 8;
 pub struct TileWorker<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
     shadows: ShadowTracer<S>,
-    batch: Vec<Carriers<S::Lane>>,
-    /// Numbers of packets of `batch`.
-    batch_order: Vec<u32>,
+    batch: Batch<Carriers<S::Lane>>,
     camera: Queue<Carriers<S::Lane>>,
     reflected: Queue<Carriers<S::Lane>>,
     /// By who sent them: camera rays and what they became, or reflected ones. Refraction does not change what a ray sees.
@@ -57,16 +55,15 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             tracer.count();
         }
         let mixed = !traversal.wants_octants(&shared.scene.geometry.bvh);
-        let carriers = || Queue::new(mixed);
+        let carriers = || Queue::new(BATCH, mixed);
         Self {
             tracer,
             shadows: ShadowTracer::default(),
-            batch: Vec::new(),
-            batch_order: Vec::new(),
-            camera: carriers(),
+            batch: Batch::default(),
+            camera: Queue::new(usize::MAX, mixed),
             reflected: carriers(),
             refracted: [carriers(), carriers()],
-            shadow_queues: shared.lights.iter().map(|_| Queue::new(mixed)).collect(),
+            shadow_queues: shared.lights.iter().map(|_| Queue::new(usize::MAX, mixed)).collect(),
             hits: HitList::default(),
             queries: Vec::new(),
             sums: Sums::default(),
@@ -93,7 +90,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let around = (&mut self.media, &mut self.scratch);
         push_camera_rays(shared, area, &self.order, around, &mut self.camera);
         let camera = self.camera.take_count();
-        self.camera.take_last(usize::MAX, &mut self.batch, &mut self.batch_order);
+        self.camera.take(&mut self.batch);
         self.wave(shared, Sender::Camera);
         loop {
             // The longest queue first, from its end: deep rays before shallow ones.
@@ -116,7 +113,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 1 => (&mut self.refracted[0], Sender::Camera),
                 _ => (&mut self.refracted[1], Sender::Mirror),
             };
-            queue.take_last(BATCH, &mut self.batch, &mut self.batch_order);
+            queue.take(&mut self.batch);
             self.wave(shared, sender);
         }
         let Self { shadows, shadow_queues, tracer, media, sums, .. } = self;
@@ -148,19 +145,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
     fn wave(&mut self, shared: &Shared<S, B>, sender: Sender) {
-        let Self {
-            batch,
-            batch_order,
-            queries,
-            tracer,
-            hits,
-            shown,
-            sums,
-            media,
-            shadow_queues,
-            shadows,
-            ..
-        } = self;
+        let Self { batch, queries, tracer, hits, shown, sums, media, shadow_queues, shadows, .. } = self;
         let scene = shared.scene;
         let background = Vec3::splat(scene.background.rgb);
         let filter = match sender {
@@ -168,8 +153,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             Sender::Mirror => class::REFLECTED,
         };
         let (reflected, refracted, counts) = (&mut self.reflected, &mut self.refracted, &mut self.counts);
-        for group in batch_order.chunks(scene.geometry.group_size()) {
-            let group = group.iter().map(|&number| &batch[number as usize]);
+        for group in batch.by_octant(scene.geometry.group_size()) {
             queries.resize(group.len(), Query::default());
             for (query, rays) in queries.iter_mut().zip(group.clone()) {
                 query.aim(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes);
