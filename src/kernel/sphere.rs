@@ -1,8 +1,11 @@
 //! Spheres: centre and radius. (An ellipsoid is another kind.)
 
 use super::fours::{Four, Fours};
-use super::{Aabb, Block, Left, Ray, Rays, Solid, Surfaces, dot_four, less_four, one_row, typical};
-use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
+use super::{
+    Aabb, Block, Left, Looking, Ray, Rays, Solid, Surfaces, dot_four, first_beyond, less_four, one_row,
+    typical,
+};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` spheres (`radius` at least 0): columns `center` (3) and `radius`, all in scene units.
@@ -92,6 +95,63 @@ fn near_crossings<S: Scalar>(
     (t, (t.gt(t_min) & t.le(t_max)).bits())
 }
 
+/// What [`Block::first`] has of rays that ask for any crossing, if that can be told of all of them without roots.
+#[inline(always)]
+fn any_crossing<L: Lane>(
+    center: Vec3<L>,
+    radius: L,
+    rays: &Rays<L>,
+    &Looking { from, to, lanes, .. }: &Looking<L>,
+) -> Option<L> {
+    // As `crossings`.
+    let f = center - rays.origin;
+    let b = f.dot(rays.dir);
+    let l = f - rays.dir * b;
+    let none = L::lit(f64::NAN);
+    let met = (radius * radius - l.dot(l)).ge(L::zero()).bits() & lanes;
+    if met == 0 {
+        return Some(none);
+    }
+    // The first crossing is at `(f^2 - r^2) / q`, where `q` is between `b` and `2 |f|`.
+    let square = f.dot(f);
+    let outside = square - radius * radius;
+    let beyond = (outside * outside.abs()).gt(square * (from * from * L::lit(4.0 * ROOM)));
+    let before = (b * to).gt(outside * L::lit(ROOM));
+    let sure = beyond & before & Mask::from_bits(met);
+    // It is before the middle of the chord.
+    let place = b.lt(to).select(b, (from + to) * L::lit(0.5));
+    (sure.bits() == met).then(|| sure.select(place, none))
+}
+
+/// What [`Block::blocked_in_four`] has of four spheres, where that can be told without roots.
+#[inline(always)]
+fn blocked<S: Scalar>(
+    four: &Four<S, 4>,
+    ray: &Ray<S>,
+    (t_min, t_max): (S, S),
+    (rows, left): (u8, u8),
+) -> Option<bool> {
+    let [x, y, z, radius] = four.0.map(S::Quad::from_array);
+    // As `near_crossings`.
+    let f = less_four([x, y, z], ray.origin);
+    let b = dot_four(f, ray.dir);
+    let l = less_four(f, ray.dir.map(|d| d * b));
+    let met = S::Quad::default().le(radius * radius - dot_four(l, l)).bits() & rows;
+    if met == 0 && left == 0 {
+        return Some(false);
+    }
+    // The first crossing is at `(f^2 - r^2) / q`, where `q` is between `b` and `2 |f|`.
+    let square = dot_four(f, f);
+    let outside = square - radius * radius;
+    let [t_min, t_max] = [t_min, t_max].map(S::Quad::splat);
+    let beyond = (outside * outside.abs()).gt(square * (t_min * t_min * S::Quad::lit(4.0 * ROOM)));
+    let before = (b * t_max).gt(outside * S::Quad::lit(ROOM));
+    if met & !left & (beyond & before).bits() != 0 { Some(true) } else { None }
+}
+
+/// More than the roundings of what is compared, as a factor.
+const ROOM: f64 = 1.0 + 1.0 / 65536.0;
+
 impl<S: Scalar> Block<S> for Spheres<S> {
     const SHORT: bool = true;
     type Roots = [S::Lane; 2];
@@ -110,11 +170,42 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         crossings(Vec3::new(x, y, z), radius, rays, left)
     }
 
+    #[inline(always)]
+    fn first(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: &Looking<S::Lane>,
+    ) -> S::Lane {
+        let [x, y, z, radius] = self.rows.row(i).map(S::Lane::splat);
+        let center = Vec3::new(x, y, z);
+        if looking.any
+            && left.is_none()
+            && let Some(t) = any_crossing(center, radius, rays, looking)
+        {
+            return t;
+        }
+        first_beyond(crossings(center, radius, rays, left).into_iter(), looking.from)
+    }
+
     const ACROSS: bool = true;
 
     #[inline(always)]
     fn near_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
         near_crossings(self.rows.four(four), ray, limits, left)
+    }
+
+    #[inline(always)]
+    fn blocked_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), (rows, left): (u8, u8)) -> bool {
+        match blocked(self.rows.four(four), ray, limits, (rows, left)) {
+            Some(blocked) => blocked,
+            None => {
+                let (t, near) = self.near_in_four(four, ray, limits, left);
+                let near = near & rows;
+                near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1)
+            }
+        }
     }
 
     fn blurred(&self) -> f64 {

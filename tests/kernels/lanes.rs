@@ -114,6 +114,9 @@ fn four_rows_answer_as_one_does<S: Scalar, B: Block<S>>(what: &str, block: &B, r
             let (t_min, t_max) = (number(limits.0), number(limits.1));
             let bit = if started < block.len() { 1 << started } else { 0 };
             let (t, near) = block.near_in_four(0, &ray, (t_min, t_max), bit);
+            let met = (0..block.len()).any(|i| near >> i & 1 == 1 && t.to_array()[i] < t_max);
+            let blocked = block.blocked_in_four(0, &ray, (t_min, t_max), ((1 << block.len()) - 1, bit));
+            assert_eq!(blocked, met, "{what}, lane {lane}, started on {started}, {limits:?}");
             for i in 0..block.len() {
                 let left = Left { on: Mask::from_bits(1 << lane), part: [0; LANES] };
                 let roots = block.roots(i, rays, (i == started).then_some(&left));

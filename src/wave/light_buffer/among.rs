@@ -6,7 +6,7 @@ use super::casters::Caster;
 use crate::bvh::Run;
 use crate::compile::{COMPOSITE, Geometry, SurfaceId, WithBlock};
 use crate::kernel::{Block, Ranks, Ray};
-use crate::lane::{LANES, Lane, QUAD, Quad, Scalar, bits, f32x8};
+use crate::lane::{LANES, Lane, QUAD, Scalar, bits, f32x8};
 use std::cmp::Ordering;
 
 /// Opaque rows of one kind that stand together in their columns.
@@ -120,10 +120,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
         self.alike.iter().take_while(|candidate| candidate.near <= depths[lane]).any(|candidate| {
             let own = own.wrapping_sub(QUAD as u32 * candidate.four);
             let left = if own < QUAD as u32 { 1 << own } else { 0 };
-            let (t, near) = block.near_in_four(candidate.four as usize, &ray, limits, left);
-            let near = near & candidate.rows;
-            // Nothing is at the limit itself.
-            near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1)
+            block.blocked_in_four(candidate.four as usize, &ray, limits, (candidate.rows, left))
         })
     }
 
