@@ -3,7 +3,7 @@
 use super::Bvh;
 use super::eights::{ByPacket, Packets, by_eights, eight_of};
 use super::packet::{Crossing, Packet, Units};
-use crate::lane::{LANES, Lane, Mask, Scalar, first_and_last};
+use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last};
 
 /// Which rays of a group's packets are alive.
 pub(super) struct Alive<B: Scalar, const N: usize> {
@@ -161,19 +161,14 @@ impl<B: Scalar, const N: usize> Bounds<B, N> {
     }
 
     /// The packets as what is held against boxes.
-    pub fn units(&self, octant: u8) -> ByPacket<Units<B>, N> {
-        std::array::from_fn(|half| {
-            let line = |axis: usize, late: bool| {
-                let negative = octant >> axis & 1 == 1;
-                let origin = self.origin[axis][usize::from(negative == late)][half];
-                let inverse = self.inverse[axis][usize::from(negative != late)][half];
-                (inverse, -(origin * inverse))
-            };
-            Units {
-                soon: [0, 1, 2].map(|axis| line(axis, false)),
-                late: [0, 1, 2].map(|axis| line(axis, true)),
-            }
-        })
+    pub fn units<M: Many<Eight = B::Lane>>(&self, octant: u8) -> Units<M> {
+        let line = |axis: usize, late: bool| {
+            let negative = octant >> axis & 1 == 1;
+            let origin = &self.origin[axis][usize::from(negative == late)];
+            let inverse = &self.inverse[axis][usize::from(negative != late)];
+            (M::of(|half| inverse[half]), M::of(|half| -(origin[half] * inverse[half])))
+        };
+        Units { soon: [0, 1, 2].map(|axis| line(axis, false)), late: [0, 1, 2].map(|axis| line(axis, true)) }
     }
 }
 

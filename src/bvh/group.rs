@@ -6,14 +6,14 @@
 //! singly; where packets are wide beside the boxes, as a stream.
 
 use super::bounds::{Bounds, Interval};
-use super::eights::{ByPacket, Packets, by_eights, each_packet, eight_of};
+use super::eights::{HALVES, Packets, each_packet, eight_of};
 use super::packet::{Crossing, Frame, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Order, Sides, Stacks};
 use super::stream::walk_stream;
 use super::visit::Visit;
 use super::{Bvh, Child, Node};
-use crate::lane::{LANES, Lane, Mask, Scalar, bits, highest};
+use crate::lane::{LANES, Lane, Many, Scalar, bits, highest};
 
 /// Packets that share an octant, and how they are looked at.
 pub(super) struct Group<'a, B: Scalar, const N: usize> {
@@ -39,7 +39,7 @@ impl<'a, B: Scalar, const N: usize> Group<'a, B, N> {
 }
 
 /// `LOOSE` bounds of packets only tell some boxes that are missed: rays are asked too.
-pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
+pub(super) fn walk_group<B: Scalar, M: Many<Eight = B::Lane>, const N: usize, const LOOSE: bool>(
     how: &Group<B, N>,
     packets: &mut [Packet<B>],
     (stack, waiting): Stacks<B>,
@@ -48,8 +48,8 @@ pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
     let &Group { bvh, frame, octant, bounds, .. } = how;
     let sides = Sides::of(octant);
     let (soon, late) = bounds.around(how.packets).ends(octant);
-    let (culls, units) = (Culls { soon, late }, bounds.units(octant));
-    let mut fars = Fars::<B, N>::none();
+    let (culls, units) = (Culls { soon, late }, bounds.units::<M>(octant));
+    let mut fars = Fars::<M>::none();
     fars.look_again(how.packets, packets, frame);
     stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
     let mut top = 1;
@@ -57,8 +57,7 @@ pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
         top -= 1;
         let entry = stack[top];
         // Packets that have found something nearer since the entry was made drop out.
-        let near = B::Lane::splat(entry.near);
-        let who = entry.who & by_eights::<N>(|half| near.le(fars.by_packet[half]).bits());
+        let who = entry.who & !M::each(entry.near).which_beyond(fars.by_packet);
         if who == 0 {
             continue;
         }
@@ -82,7 +81,7 @@ pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
             fars.look_again(who, packets, frame);
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, &fars.by_packet, fars.farthest));
+        let (cull_by, looking) = ((&sides, &culls), (&units, fars.by_packet, fars.farthest));
         let (node, before) = ((bvh, entry.child), top);
         let met = expand::<B, _, _, LOOSE>(node, who, cull_by, looking, packets, (stack, &mut top), visit);
         if how.streams
@@ -97,31 +96,32 @@ pub(super) fn walk_group<B: Scalar, const N: usize, const LOOSE: bool>(
 }
 
 /// How far a group's packets look.
-struct Fars<B: Scalar, const N: usize> {
+struct Fars<M: Many> {
     /// The farthest that any ray of a packet looks; negative for packets that do not.
-    by_packet: ByPacket<B::Lane, N>,
+    by_packet: M,
     /// The farthest of all.
-    farthest: B,
+    farthest: <M::Eight as Lane>::Scalar,
 }
 
-impl<B: Scalar, const N: usize> Fars<B, N> {
+impl<M: Many> Fars<M> {
     /// Of packets that do not look.
     fn none() -> Self {
-        let none = B::from_f64(-1.0);
-        Self { by_packet: [B::Lane::splat(none); N], farthest: none }
+        let none = M::constant(-1.0);
+        Self { by_packet: none, farthest: none.highest() }
     }
 
     /// The packets of `which` may look less far than they did.
     #[inline(always)]
-    fn look_again(&mut self, which: Packets, packets: &[Packet<B>], frame: Frame) {
+    fn look_again<B: Scalar<Lane = M::Eight>>(
+        &mut self,
+        which: Packets,
+        packets: &[Packet<B>],
+        frame: Frame,
+    ) {
         for k in each_packet(which) {
-            let far = B::Lane::splat(highest(packets[k].far_in(frame)));
-            for (half, fars) in self.by_packet.iter_mut().enumerate() {
-                *fars = Mask::from_bits(eight_of(1 << k, half)).select(far, *fars);
-            }
+            self.by_packet = self.by_packet.with(k, highest(packets[k].far_in(frame)));
         }
-        let [first, others @ ..] = &self.by_packet[..] else { return };
-        self.farthest = highest(others.iter().fold(*first, |far, &other| far.max(other)));
+        self.farthest = self.by_packet.highest();
     }
 }
 
@@ -176,7 +176,7 @@ pub(super) fn walk_packet<B: Scalar>(
     let &OnePacket { bvh, number, frame, octant, .. } = how;
     let sides = Sides::of(octant);
     let (soon, late) = how.interval.ends(octant);
-    let (culls, units) = (Culls { soon, late }, [packets[number].units(frame, octant, how.pad)]);
+    let (culls, units) = (Culls { soon, late }, packets[number].units(frame, octant, how.pad));
     let mut far = packets[number].far_in(frame);
     let mut farthest = highest(far);
     stack[0] = start;
@@ -209,7 +209,7 @@ pub(super) fn walk_packet<B: Scalar>(
             }
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, &[far], farthest));
+        let (cull_by, looking) = ((&sides, &culls), (&units, far, farthest));
         let node = (bvh, entry.child);
         expand::<B, _, _, false>(node, lanes.into(), cull_by, looking, packets, (stack, &mut top), visit);
     }
@@ -219,11 +219,11 @@ pub(super) fn walk_packet<B: Scalar>(
 /// are packets; where they neither surely miss a child nor surely meet it by their bounds, their rays are asked. Returns
 /// how many pairs of a unit and a child that makes.
 #[inline(always)]
-fn expand<B: Scalar, V: Visit<B>, const N: usize, const LOOSE: bool>(
+fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     (bvh, child): (&Bvh<B>, Child),
     who: Packets,
     (sides, culls): (&Sides, &Culls<B>),
-    (units, fars, farthest): (&[Units<B>; N], &[B::Lane; N], B),
+    (units, fars, farthest): (&Units<M>, M, B),
     packets: &[Packet<B>],
     (stack, top): (&mut [Entry<B>], &mut usize),
     visit: &mut V,
@@ -242,7 +242,7 @@ fn expand<B: Scalar, V: Visit<B>, const N: usize, const LOOSE: bool>(
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
-    let (mut met, mut unsure) = ([0u64; N], [0u64; N]);
+    let (mut met, mut unsure) = ([0u64; HALVES], [0u64; HALVES]);
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
@@ -251,37 +251,33 @@ fn expand<B: Scalar, V: Visit<B>, const N: usize, const LOOSE: bool>(
             Some(run) if fetches => visit.prefetch(&run),
             _ => bvh.prefetch(child),
         }
-        let (near, far) = sides.of_child(node, c);
-        for (half, units) in units.iter().enumerate() {
-            if N > 1 && eight_of(who, half) == 0 {
-                continue;
-            }
-            let (mut enter, mut leave) = (B::Lane::zero(), fars[half]);
-            let (mut sure_in, mut sure_out) = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
-            for axis in 0..3 {
-                let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
-                enter = near[axis].fused(inverse, offset).later(enter);
-                leave = far[axis].fused(late_inverse, late_offset).sooner(leave);
-                if LOOSE {
-                    sure_in = near[axis].fused(late_inverse, late_offset).later(sure_in);
-                    sure_out = far[axis].fused(inverse, offset).sooner(sure_out);
-                }
-            }
-            visit.boxes(eight_of(who, half).count_ones());
-            let met_by = !enter.beyond(leave) & eight_of(who, half);
-            met[half] |= u64::from(met_by) << (LANES * c);
+        let (near, far) = sides.of_child::<B, M>(node, c);
+        let (mut enter, mut leave) = (M::constant(0.0), fars);
+        let (mut sure_in, mut sure_out) = (M::constant(0.0), M::constant(f64::INFINITY));
+        for axis in 0..3 {
+            let ((inverse, offset), (late_inverse, late_offset)) = (units.soon[axis], units.late[axis]);
+            enter = near[axis].times_plus(inverse, offset).later_of(enter);
+            leave = far[axis].times_plus(late_inverse, late_offset).sooner_of(leave);
             if LOOSE {
-                unsure[half] |= u64::from(met_by & sure_in.beyond(sure_out)) << (LANES * c);
+                sure_in = near[axis].times_plus(late_inverse, late_offset).later_of(sure_in);
+                sure_out = far[axis].times_plus(inverse, offset).sooner_of(sure_out);
             }
         }
+        visit.boxes(who.count_ones());
+        let met_by = !enter.which_beyond(leave) & who;
+        let unsure_by = if LOOSE { met_by & sure_in.which_beyond(sure_out) } else { 0 };
+        for half in 0..M::EIGHTS {
+            met[half] |= u64::from(eight_of(met_by, half)) << (LANES * c);
+            unsure[half] |= u64::from(eight_of(unsure_by, half)) << (LANES * c);
+        }
     }
-    for half in 0..N {
+    for half in 0..M::EIGHTS {
         let mut unsure = unsure[half];
         while LOOSE && unsure != 0 {
             let pair = unsure.trailing_zeros() as usize;
             unsure &= unsure - 1;
             let packet = &packets[LANES * half + pair % LANES];
-            let (near, far) = sides.of_child(node, pair / LANES);
+            let (near, far) = sides.of_child::<B, B::Lane>(node, pair / LANES);
             let (mut enter, mut leave) = (B::Lane::zero(), packet.far);
             for axis in 0..3 {
                 let (inverse, offset) = (packet.inverse[axis], packet.offset[axis]);
@@ -293,8 +289,8 @@ fn expand<B: Scalar, V: Visit<B>, const N: usize, const LOOSE: bool>(
         }
     }
     let mut push = |c: usize| {
-        let who =
-            (0..N).fold(0, |who, half| who | ((met[half] >> (LANES * c)) as u8 as Packets) << (LANES * half));
+        let who = (0..M::EIGHTS)
+            .fold(0, |who, half| who | ((met[half] >> (LANES * c)) as u8 as Packets) << (LANES * half));
         stack[*top] = Entry { near: t_in[c], child: node.child[c], who };
         *top += 1;
     };

@@ -158,7 +158,7 @@ impl<B: Scalar> Packet<B> {
 
     /// The rays themselves as what is held against boxes.
     #[inline(always)]
-    pub(super) fn units(&self, frame: Frame, octant: u8, pad: B) -> Units<B> {
+    pub(super) fn units(&self, frame: Frame, octant: u8, pad: B) -> Units<B::Lane> {
         if frame == Frame::Own {
             let lines = [0, 1, 2].map(|axis| (self.inverse[axis], self.offset[axis]));
             return Units { soon: lines, late: lines };
@@ -174,12 +174,12 @@ impl<B: Scalar> Packet<B> {
     }
 }
 
-/// Eight things that boxes are held against: the rays of a packet, or packets by their bounds. A plane's crossing is
-/// `plane * .0 + .1`; by axis, the soonest and the latest that a unit has it.
+/// What boxes are held against: the rays of a packet, or packets by their bounds. By axis, the soonest and the latest crossing that a
+/// unit has of a plane.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Units<B: Scalar> {
-    pub soon: [Crossing<B::Lane>; 3],
-    pub late: [Crossing<B::Lane>; 3],
+pub(super) struct Units<M> {
+    pub soon: [Crossing<M>; 3],
+    pub late: [Crossing<M>; 3],
 }
 
 /// A plane's crossing is `plane * .0 + .1`.

@@ -2,7 +2,7 @@
 
 use super::eights::{GroupRays, Packets};
 use super::{Child, Node};
-use crate::lane::{LANES, Lane, Scalar};
+use crate::lane::{LANES, Lane, Many, Scalar};
 
 /// What is still to be looked at; kept between walks so that nothing is allocated.
 #[derive(Debug, Default)]
@@ -83,8 +83,12 @@ impl Sides {
 
     /// The near and far planes of child `c`, in all lanes.
     #[inline(always)]
-    pub fn of_child<B: Scalar>(&self, node: &Node<B>, c: usize) -> ([B::Lane; 3], [B::Lane; 3]) {
-        let plane = |k: usize| B::Lane::splat(node.planes[k][c & (LANES - 1)]);
+    pub fn of_child<B: Scalar, M: Many<Eight = B::Lane>>(
+        &self,
+        node: &Node<B>,
+        c: usize,
+    ) -> ([M; 3], [M; 3]) {
+        let plane = |k: usize| M::each(node.planes[k][c & (LANES - 1)]);
         (self.near.map(plane), self.far.map(plane))
     }
 }

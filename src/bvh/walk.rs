@@ -14,7 +14,7 @@ use super::stack::{Entry, Stack, Stacks};
 use super::stream::walk_stream;
 use super::visit::Visit;
 use super::{Bvh, Child};
-use crate::lane::{LANES, Lane, Mask, Scalar};
+use crate::lane::{LANES, Lane, Many, Mask, Scalar};
 
 /// How rays go through the tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -102,14 +102,14 @@ pub fn walk<B: Scalar>(
     let switches = Switches::of(traversal, bvh.together);
     // (Where few packets come to an instance, what bounds the others would cost as much as a node.)
     if packets.len() <= LANES {
-        walk_eights::<B, 1>(bvh, packets, (stack, rays), visit, switches);
+        walk_eights::<B, B::Lane, 1>(bvh, packets, (stack, rays), visit, switches);
     } else {
-        walk_eights::<B, HALVES>(bvh, packets, (stack, rays), visit, switches);
+        walk_eights::<B, B::Sixteen, HALVES>(bvh, packets, (stack, rays), visit, switches);
     }
 }
 
-/// Walks up to `N` times eight packets.
-fn walk_eights<B: Scalar, const N: usize>(
+/// Walks up to `N` times eight packets, a number for each of which is `M`.
+fn walk_eights<B: Scalar, M: Many<Eight = B::Lane>, const N: usize>(
     bvh: &Bvh<B>,
     packets: &mut [Packet<B>],
     (stack, rays): Stacks<B>,
@@ -172,9 +172,9 @@ fn walk_eights<B: Scalar, const N: usize>(
             packets: group,
         };
         if frame == Frame::Common {
-            walk_group::<B, N, false>(&group, packets, (stack, rays), visit);
+            walk_group::<B, M, N, false>(&group, packets, (stack, rays), visit);
         } else {
-            walk_group::<B, N, true>(&group, packets, (stack, rays), visit);
+            walk_group::<B, M, N, true>(&group, packets, (stack, rays), visit);
         }
     }
 }

@@ -5,10 +5,12 @@
 //! `wide` picks its instructions when it is compiled, and some of its operations are traps for geometry, so only the
 //! sound ones are let through: no 12-bit reciprocals, no multiply-add whose rounding depends on the build.
 
+mod many;
 mod mask;
 mod quad;
 mod vec3;
 
+pub use many::Many;
 pub use mask::Mask;
 pub use quad::{QUAD, Quad, columns};
 pub use vec3::Vec3;
@@ -137,6 +139,8 @@ pub fn highest<L: Lane>(x: L) -> L::Scalar {
 pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync + 'static {
     /// The lanes that hold it.
     type Lane: Lane<Scalar = Self>;
+    /// Two of these.
+    type Sixteen: Many<Eight = Self::Lane>;
     /// Four of it.
     type Quad: Quad<Scalar = Self>;
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
@@ -155,6 +159,7 @@ pub trait Scalar: Copy + Default + PartialEq + PartialOrd + Debug + Send + Sync 
 
 impl Scalar for f32 {
     type Lane = f32x8;
+    type Sixteen = f32x16;
     type Quad = f32x4;
     const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
     fn from_f64(x: f64) -> Self {
@@ -179,6 +184,7 @@ impl Scalar for f32 {
 
 impl Scalar for f64 {
     type Lane = f64x8;
+    type Sixteen = many::Two<f64x8>;
     type Quad = f64x4;
     const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
     fn from_f64(x: f64) -> Self {
