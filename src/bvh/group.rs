@@ -9,11 +9,11 @@ use super::bounds::{Bounds, Interval};
 use super::eights::{HALVES, Packets, each_packet, eight_of};
 use super::packet::{Crossing, Frame, Packet, Units};
 use super::single::walk_single;
-use super::stack::{Entry, Order, Sides, Stacks};
+use super::stack::{Entry, Sides, Stacks, farther_than};
 use super::stream::walk_stream;
 use super::visit::Visit;
 use super::{Bvh, Child, Node};
-use crate::lane::{LANES, Lane, Many, Scalar, bits, highest};
+use crate::lane::{LANES, Lane, Many, Scalar, bits, bits_from_last, highest};
 
 /// Packets that share an octant, and how they are looked at.
 pub(super) struct Group<'a, B: Scalar, const N: usize> {
@@ -238,7 +238,6 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
         t_out = sides.far(node, axis).fused(late_inverse, late_offset).sooner(t_out);
     }
     let mut children = !t_in.beyond(t_out);
-    let t_in = t_in.to_array();
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
@@ -288,20 +287,28 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
             met[half] &= !(u64::from(enter.beyond(leave) == !0) << pair);
         }
     }
-    let mut push = |c: usize| {
+    let met_at_all = bytes_in_use(met.iter().fold(0, |all, met| all | met));
+    let mut place = *top;
+    for c in bits_from_last(met_at_all) {
         let who = (0..M::EIGHTS)
             .fold(0, |who, half| who | ((met[half] >> (LANES * c)) as u8 as Packets) << (LANES * half));
-        stack[*top] = Entry { near: t_in[c], child: node.child[c], who };
-        *top += 1;
-    };
-    let (mut rest, mut order) = (met.iter().fold(0, |all, met| all | met), Order::default());
-    while rest != 0 {
-        let c = (LANES - 1).saturating_sub(rest.leading_zeros() as usize / LANES);
-        rest &= !(0xff << (LANES * c));
-        if V::ANY { push(c) } else { order.insert(t_in[c], c) }
+        let entry = Entry { near: t_in.lanes()[c], child: node.child[c], who };
+        let at = if V::ANY { place } else { *top + farther_than(t_in, met_at_all, c) };
+        stack[at] = entry;
+        place += 1;
     }
-    order.farthest_first().for_each(push);
+    *top = place;
     met.iter().map(|met| met.count_ones()).sum()
+}
+
+/// A bit for each byte that is not 0.
+#[inline(always)]
+fn bytes_in_use(x: u64) -> u8 {
+    let x = x | x >> 4;
+    let x = x | x >> 2;
+    let lowest = (x | x >> 1) & 0x0101_0101_0101_0101;
+    // Byte `k` is moved to bit `56 + k`.
+    (lowest.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// A group's bounds against eight boxes.

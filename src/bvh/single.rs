@@ -1,7 +1,7 @@
 //! One ray against eight boxes at a time.
 
 use super::packet::Packet;
-use super::stack::{Entry, Order, Sides, child_of, key_of};
+use super::stack::{Entry, Sides, child_of, farther_than, key_of};
 use super::visit::Visit;
 use super::{Bvh, Child};
 use crate::lane::{LANES, Lane, Scalar, bits, bits_from_last};
@@ -63,15 +63,16 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                 t_in = sides.near(node, axis).fused(inverse[axis], offset[axis]).later(t_in);
                 t_out = sides.far(node, axis).fused(inverse[axis], offset[axis]).sooner(t_out);
             }
-            let mut met = !t_in.beyond(t_out);
-            if met != 0 {
+            let all = !t_in.beyond(t_out);
+            if all != 0 {
+                let mut met = all;
                 let c = met.trailing_zeros() as usize & (LANES - 1);
                 met &= met - 1;
                 if met == 0 {
                     child = node.child[c];
                     continue;
                 }
-                let t_in = t_in.to_array();
+                let (near, t_in) = (t_in, t_in.to_array());
                 // (Not for leaves' rows: a branch would cost more than they would gain.)
                 let prefetch = |c: usize| bvh.prefetch(node.child[c]);
                 prefetch(c);
@@ -98,7 +99,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                 prefetch(e);
                 met &= met - 1;
                 if met == 0 {
-                    // As `Order` has it, without a branch.
+                    // As `farther_than` has it.
                     let [nearest, next, last] = sorted([c, d, e].map(|c| key_of(t_in[c], c)));
                     stack[top] = entry(child_of(last));
                     stack[top + 1] = entry(child_of(next));
@@ -106,17 +107,10 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     child = node.child[child_of(nearest)];
                     continue;
                 }
-                let mut order = Order::default();
-                order.insert(t_in[c], c);
-                order.insert(t_in[d], d);
-                order.insert(t_in[e], e);
-                for c in bits(met) {
-                    order.insert(t_in[c], c);
+                for c in bits(all) {
+                    stack[top + farther_than(near, all, c)] = entry(c);
                 }
-                for c in order.farthest_first() {
-                    stack[top] = entry(c);
-                    top += 1;
-                }
+                top += all.count_ones() as usize;
                 top -= 1;
                 child = stack[top].child;
                 continue;

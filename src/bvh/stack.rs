@@ -93,13 +93,13 @@ impl Sides {
     }
 }
 
-/// Children in the order of their nearest points. Entries are written to the stack once and in order: to move them
-/// about there costs a stall each, since a processor cannot yet read as a whole what it has just written in parts.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Order {
-    /// Distance in the upper bits, child in the lowest.
-    keys: [u64; LANES],
-    len: usize,
+/// How many of the children `met` come before child `c` if the farthest comes first, and of children that are entered at the same
+/// distance the last. (Each child is held against all at once, as nobody guesses how the next of a row falls.)
+#[inline(always)]
+pub(super) fn farther_than<L: Lane>(near: L, met: u8, c: usize) -> usize {
+    let own = L::splat(near.lanes()[c & (LANES - 1)]);
+    let after = !1u8 << (c & (LANES - 1));
+    ((near.beyond(own) | near.equal(own).bits() & after) & met).count_ones() as usize
 }
 
 /// What puts a child in order: by where it is entered, then by its number.
@@ -112,23 +112,4 @@ pub(super) fn key_of<B: Scalar>(near: B, child: usize) -> u64 {
 #[inline(always)]
 pub(super) fn child_of(key: u64) -> usize {
     key as usize & (LANES - 1)
-}
-
-impl Order {
-    #[inline(always)]
-    pub fn insert<B: Scalar>(&mut self, near: B, child: usize) {
-        let key = key_of(near, child);
-        let mut k = self.len;
-        while k > 0 && self.keys[(k - 1) & (LANES - 1)] < key {
-            self.keys[k & (LANES - 1)] = self.keys[(k - 1) & (LANES - 1)];
-            k -= 1;
-        }
-        self.keys[k & (LANES - 1)] = key;
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    pub fn farthest_first(&self) -> impl Iterator<Item = usize> {
-        (0..self.len).map(|k| child_of(self.keys[k & (LANES - 1)]))
-    }
 }

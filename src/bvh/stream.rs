@@ -8,10 +8,10 @@
 use super::eights::{GROUP, GroupRays, HALVES, Packets, each_packet};
 use super::packet::Packet;
 use super::single::{LEAST_TOGETHER, walk_single};
-use super::stack::{Entry, Order, Sides, Stacks};
+use super::stack::{Entry, Sides, Stacks, farther_than};
 use super::visit::Visit;
 use super::{Bvh, Child, Node, Run};
-use crate::lane::{LANES, Lane, Scalar, bits_of_many};
+use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many};
 
 /// So many rays of one packet are tested as a packet in leaves: eight rays against a row take as long as three or less against four
 /// rows each.
@@ -63,17 +63,18 @@ pub(super) fn walk_stream<B: Scalar>(
         }
         let node = &bvh.nodes[child.index()];
         let (met_by, nearest) = meet(node, who, (packets, &octants), visit);
-        let mut order = Order::default();
+        let mut met = 0u8;
         for (c, &child) in node.child.iter().enumerate().take_while(|(_, child)| **child != Child::NONE) {
             if met_by[c] != [0; HALVES] {
                 bvh.prefetch(child);
-                order.insert(nearest[c], c);
+                met |= 1 << c;
             }
         }
-        for c in order.farthest_first() {
-            waiting[top] = Entry { near: nearest[c], child: node.child[c], who: met_by[c] };
-            top += 1;
+        for c in bits(met) {
+            let entry = Entry { near: nearest.lanes()[c], child: node.child[c], who: met_by[c] };
+            waiting[top + farther_than(nearest, met, c)] = entry;
         }
+        top += met.count_ones() as usize;
     }
 }
 
@@ -139,7 +140,7 @@ fn meet<B: Scalar>(
     who: GroupRays,
     (packets, octants): (&[Packet<B>], &[u8; GROUP * LANES]),
     visit: &mut impl Visit<B>,
-) -> ([GroupRays; LANES], [B; LANES]) {
+) -> ([GroupRays; LANES], B::Lane) {
     let mut met_by = [[0; HALVES]; LANES];
     let mut nearest = B::Lane::lit(f64::INFINITY);
     for (half, who) in who.into_iter().enumerate() {
@@ -172,7 +173,7 @@ fn meet<B: Scalar>(
             met_by[half] = u64::from(low[c].as_bits()) | u64::from(high[c].as_bits()) << 32;
         }
     }
-    (met_by, nearest.to_array())
+    (met_by, nearest)
 }
 
 /// Tests the primitives of `run` against the rays `who`, and notes those that may look less far now.
