@@ -30,3 +30,44 @@ pub(super) fn by_eights<const N: usize>(bits: impl Fn(usize) -> u8) -> Packets {
 pub(super) fn eight_of(which: Packets, half: usize) -> u8 {
     (which >> (LANES * half)) as u8
 }
+
+/// A bit for each byte that is not 0.
+#[inline(always)]
+pub(super) fn bytes_in_use(x: u64) -> u8 {
+    let x = x | x >> 4;
+    let x = x | x >> 2;
+    let lowest = (x | x >> 1) & 0x0101_0101_0101_0101;
+    // Byte `k` is moved to bit `56 + k`.
+    (lowest.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+}
+
+/// All bits of each byte that has three or more.
+#[inline(always)]
+pub(super) fn bytes_of_three(x: u64) -> u64 {
+    // Bits counted in each pair, each four and each byte.
+    let pairs = x - (x >> 1 & 0x5555_5555_5555_5555);
+    let fours = (pairs & 0x3333_3333_3333_3333) + (pairs >> 2 & 0x3333_3333_3333_3333);
+    let bytes = (fours + (fours >> 4)) & 0x0f0f_0f0f_0f0f_0f0f;
+    // 3 and 125 are 128.
+    let three = (bytes + 0x7d7d_7d7d_7d7d_7d7d) >> 7 & 0x0101_0101_0101_0101;
+    three * 0xff
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_told_by_their_bits() {
+        for byte in 0..=255u64 {
+            for k in 0..LANES {
+                let (alone, beside) = (byte << (8 * k), !(0xff << (8 * k)));
+                assert_eq!(bytes_in_use(alone), u8::from(byte != 0) << k);
+                assert_eq!(bytes_in_use(alone | beside), !(u8::from(byte == 0) << k));
+                let three = if byte.count_ones() >= 3 { 0xff << (8 * k) } else { 0 };
+                assert_eq!(bytes_of_three(alone), three);
+                assert_eq!(bytes_of_three(alone | beside), three | beside);
+            }
+        }
+    }
+}

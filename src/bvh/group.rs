@@ -6,7 +6,7 @@
 //! singly; where packets are wide beside the boxes, as a stream.
 
 use super::bounds::{Bounds, Interval};
-use super::eights::{HALVES, Packets, each_packet, eight_of};
+use super::eights::{HALVES, Packets, bytes_in_use, each_packet, eight_of};
 use super::packet::{Crossing, Frame, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Sides, Stacks, farther_than};
@@ -299,16 +299,6 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     }
     *top = place;
     met.iter().map(|met| met.count_ones()).sum()
-}
-
-/// A bit for each byte that is not 0.
-#[inline(always)]
-fn bytes_in_use(x: u64) -> u8 {
-    let x = x | x >> 4;
-    let x = x | x >> 2;
-    let lowest = (x | x >> 1) & 0x0101_0101_0101_0101;
-    // Byte `k` is moved to bit `56 + k`.
-    (lowest.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// A group's bounds against eight boxes.

@@ -5,17 +5,15 @@
 //! that walks alone waits for each of its own (Barringer and Akenine-Möller 2014, Dynamic ray stream traversal, ACM
 //! Transactions on Graphics 33(4)). Where few rays are left they go on singly.
 
-use super::eights::{GROUP, GroupRays, HALVES, Packets, each_packet};
+use super::eights::{
+    GROUP, GroupRays, HALVES, Packets, by_eights, bytes_in_use, bytes_of_three, each_packet,
+};
 use super::packet::Packet;
 use super::single::{LEAST_TOGETHER, walk_single};
 use super::stack::{Entry, Sides, Stacks, farther_than};
 use super::visit::Visit;
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many};
-
-/// So many rays of one packet are tested as a packet in leaves: eight rays against a row take as long as three or less against four
-/// rows each.
-const TESTED_TOGETHER: u32 = 3;
 
 /// Rays of eight packets.
 const RAYS: usize = LANES * LANES;
@@ -63,14 +61,12 @@ pub(super) fn walk_stream<B: Scalar>(
         }
         let node = &bvh.nodes[child.index()];
         let (met_by, nearest) = meet(node, who, (packets, &octants), visit);
-        let mut met = 0u8;
-        for (c, &child) in node.child.iter().enumerate().take_while(|(_, child)| **child != Child::NONE) {
-            if met_by[c] != [0; HALVES] {
-                bvh.prefetch(child);
-                met |= 1 << c;
-            }
-        }
+        let met = (0..LANES).fold(0u8, |met, c| {
+            met | u8::from((node.child[c] != Child::NONE) & (met_by[c].iter().fold(0, |a, b| a | b) != 0))
+                << c
+        });
         for c in bits(met) {
+            bvh.prefetch(node.child[c]);
             let entry = Entry { near: nearest.lanes()[c], child: node.child[c], who: met_by[c] };
             waiting[top + farther_than(nearest, met, c)] = entry;
         }
@@ -184,14 +180,10 @@ fn test<B: Scalar>(
     (packets, shortened): (&mut [Packet<B>], &mut GroupRays),
     visit: &mut impl Visit<B>,
 ) {
-    let (mut whole, mut lone): (Packets, _) = (0, who);
-    for number in 0..packets.len().min(GROUP) {
-        let (half, lanes) = (number / LANES, lanes_of(number));
-        if (who[half] & lanes).count_ones() >= TESTED_TOGETHER {
-            whole |= 1 << number;
-            lone[half] &= !lanes;
-        }
-    }
+    // Three rays of one packet are tested as a packet: eight rays against a row take as long as three or less against four rows each.
+    let together = who.map(bytes_of_three);
+    let whole: Packets = by_eights::<HALVES>(|half| bytes_in_use(together[half]));
+    let lone: GroupRays = std::array::from_fn(|half| who[half] & !together[half]);
     if whole != 0 {
         for number in each_packet(visit.packets(run, whole, packets)) {
             shortened[number / LANES] |= lanes_of(number);
