@@ -24,7 +24,7 @@ pub(super) fn walk_lanes<B: Scalar>(
     }
 }
 
-/// One ray against eight boxes at a time, from `start` down: whether it looks less far now.
+/// One ray against eight boxes at a time, from `start` down.
 pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
     bvh: &Bvh<B>,
     packet: &mut Packet<B>,
@@ -33,7 +33,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
     start: Child,
     stack: &mut [Entry<B>],
     visit: &mut V,
-) -> bool {
+) {
     // Numbers are read where they stand: to move eight of them for one costs a stall.
     let inverse = [0, 1, 2].map(|axis| packet.inverse[axis].lanes()[lane]);
     let offset = [0, 1, 2].map(|axis| B::Lane::splat(packet.offset[axis].lanes()[lane]));
@@ -127,7 +127,7 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
             }
         }
     }
-    packet.shorten(lane, far)
+    packet.shorten(lane, far);
 }
 
 /// In rising order.

@@ -33,20 +33,14 @@ pub(super) fn walk_stream<B: Scalar>(
     waiting[0] = Entry { near: B::default(), child: start, who };
     let mut top = 1;
     let octants = octants_of(packets);
-    // Rays that do not look as far any more as they did: others need not be asked.
-    let mut shortened = [0; HALVES];
     while top > 0 {
         top -= 1;
-        let Entry { near, child, mut who } = waiting[top];
-        for half in 0..HALVES {
-            who[half] &= !done_before(packets, half, who[half] & shortened[half], near);
-        }
+        // (Some of the rays do not look as far any more. To find them here would take longer than to test them in vain.)
+        let Entry { near, child, who } = waiting[top];
         if count(who) < LEAST_TOGETHER {
-            for (half, who) in who.into_iter().enumerate() {
-                for ray in bits_of_many::<RAYS>(who) {
-                    let (number, lane) = place_of(half, ray);
-                    let shorter = walk_single(bvh, &mut packets[number], number, lane, child, stack, visit);
-                    shortened[half] |= u64::from(shorter) << ray;
+            for (number, lane) in each_ray(who) {
+                if packets[number].far.lanes()[lane] >= near {
+                    walk_single(bvh, &mut packets[number], number, lane, child, stack, visit);
                 }
             }
             continue;
@@ -54,7 +48,7 @@ pub(super) fn walk_stream<B: Scalar>(
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    test(run, who, (packets, &mut shortened), visit);
+                    test(run, who, near, packets, visit);
                 }
             });
             continue;
@@ -86,24 +80,18 @@ fn place_of(half: usize, ray: usize) -> (usize, usize) {
     (LANES * half + ray / LANES, ray % LANES)
 }
 
-/// Those of the rays `who` that do not look as far as `near`.
+/// Packets and lanes of rays.
 #[inline(always)]
-fn done_before<B: Scalar>(packets: &[Packet<B>], half: usize, who: u64, near: B) -> u64 {
-    let near = B::Lane::splat(near);
-    let (mut done, mut rest) = (0, who);
-    while rest != 0 {
-        let ray = rest.trailing_zeros() as usize;
-        let (number, _) = place_of(half, ray);
-        done |= u64::from(packets[number].far.lt(near).bits()) << (ray - ray % LANES);
-        rest &= !lanes_of(number);
-    }
-    who & done
-}
-
-/// The rays of a packet among those of eight.
-#[inline(always)]
-fn lanes_of(number: usize) -> u64 {
-    0xff << (LANES * (number % LANES))
+fn each_ray([mut first, mut second]: GroupRays) -> impl Iterator<Item = (usize, usize)> {
+    // (One loop, as where each of two ends would have to be guessed.)
+    std::iter::from_fn(move || {
+        (first | second != 0).then(|| {
+            let (half, next) = if first != 0 { (0, first) } else { (1, second) };
+            second &= if first == 0 { second.wrapping_sub(1) } else { !0 };
+            first &= first.wrapping_sub(1);
+            place_of(half, next.trailing_zeros() as usize % RAYS)
+        })
+    })
 }
 
 /// The octants of all rays.
@@ -172,33 +160,23 @@ fn meet<B: Scalar>(
     (met_by, nearest)
 }
 
-/// Tests the primitives of `run` against the rays `who`, and notes those that may look less far now.
+/// Tests the primitives of `run` against those of the rays `who` that look as far as `near`.
 #[inline(always)]
-fn test<B: Scalar>(
-    run: &Run,
-    who: GroupRays,
-    (packets, shortened): (&mut [Packet<B>], &mut GroupRays),
-    visit: &mut impl Visit<B>,
-) {
+fn test<B: Scalar>(run: &Run, who: GroupRays, near: B, packets: &mut [Packet<B>], visit: &mut impl Visit<B>) {
     // Three rays of one packet are tested as a packet: eight rays against a row take as long as three or less against four rows each.
     let together = who.map(bytes_of_three);
     let whole: Packets = by_eights::<HALVES>(|half| bytes_in_use(together[half]));
     let lone: GroupRays = std::array::from_fn(|half| who[half] & !together[half]);
     if whole != 0 {
-        for number in each_packet(visit.packets(run, whole, packets)) {
-            shortened[number / LANES] |= lanes_of(number);
-        }
+        visit.packets(run, whole, packets);
     }
-    for (half, lone) in lone.into_iter().enumerate() {
-        for ray in bits_of_many::<RAYS>(lone) {
-            let (number, lane) = place_of(half, ray);
+    for (number, lane) in each_ray(lone) {
+        let known = packets[number].far.lanes()[lane];
+        // (One that any hit ends may be done by now, and looks nowhere.)
+        if known >= near {
             let (packet, lone) = (&mut packets[number], visit.lone(number, lane));
-            let known = packet.far.lanes()[lane];
-            // A ray that any hit ends may be done by now.
-            if known >= B::default() {
-                let far = visit.single(run, &lone, packet, known);
-                shortened[half] |= u64::from(packet.shorten(lane, far)) << ray;
-            }
+            let far = visit.single(run, &lone, packet, known);
+            packet.shorten(lane, far);
         }
     }
 }
