@@ -32,7 +32,7 @@ pub(super) fn walk_stream<B: Scalar>(
     }
     waiting[0] = Entry { near: B::default(), child: start, who };
     let mut top = 1;
-    let octants = octants_of(packets);
+    let mut rays = StreamRays::of(packets, which);
     while top > 0 {
         top -= 1;
         // (Some of the rays do not look as far any more. To find them here would take longer than to test them in vain.)
@@ -41,6 +41,7 @@ pub(super) fn walk_stream<B: Scalar>(
             for (number, lane) in each_ray(who) {
                 if packets[number].far.lanes()[lane] >= near {
                     walk_single(bvh, &mut packets[number], number, lane, child, stack, visit);
+                    rays.look_again(&packets[number], (number, lane));
                 }
             }
             continue;
@@ -48,13 +49,13 @@ pub(super) fn walk_stream<B: Scalar>(
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
                 if visit.wants(run.class) {
-                    test(run, who, near, packets, visit);
+                    test(run, (who, near), (packets, &mut rays), visit);
                 }
             });
             continue;
         }
         let node = &bvh.nodes[child.index()];
-        let (met_by, nearest) = meet(node, who, (packets, &octants), visit);
+        let (met_by, nearest) = meet(node, who, &rays, visit);
         let met = (0..LANES).fold(0u8, |met, c| {
             met | u8::from((node.child[c] != Child::NONE) & (met_by[c].iter().fold(0, |a, b| a | b) != 0))
                 << c
@@ -94,16 +95,38 @@ fn each_ray([mut first, mut second]: GroupRays) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// The octants of all rays.
-#[inline(always)]
-fn octants_of<B: Scalar>(packets: &[Packet<B>]) -> [u8; GROUP * LANES] {
-    let mut octants = [0; GROUP * LANES];
-    for (packet, octants) in packets.iter().zip(octants.chunks_exact_mut(LANES)) {
-        for (lane, octant) in octants.iter_mut().enumerate() {
-            *octant = packet.octant_of(lane);
+/// The rays of a stream as boxes are held against them, each with its numbers side by side.
+struct StreamRays<B: Scalar> {
+    /// By ray: by axis its inverse direction, by axis the offset of its crossings, and the bits of its octant.
+    lines: [B::Lane; GROUP * LANES],
+    /// By packet, how far its rays look.
+    fars: [B::Lane; GROUP],
+}
+
+impl<B: Scalar> StreamRays<B> {
+    /// Of the packets `which`.
+    #[inline(always)]
+    fn of(packets: &[Packet<B>], which: Packets) -> Self {
+        let zero = B::Lane::zero();
+        let mut rays = Self { lines: [zero; GROUP * LANES], fars: [zero; GROUP] };
+        for number in each_packet(which) {
+            let &Packet { inverse: [x, y, z], offset: [u, v, w], far, .. } = &packets[number];
+            let signs = [x, y, z].map(|d| d.lt(zero));
+            let octant = signs.into_iter().enumerate().fold(zero, |octant, (axis, negative)| {
+                octant | negative.keep(B::Lane::splat(B::of_bits(1 << axis)))
+            });
+            let lines = B::Lane::transpose([x, y, z, u, v, w, octant, zero]);
+            rays.lines[LANES * number..][..LANES].copy_from_slice(&lines);
+            rays.fars[number] = far;
         }
+        rays
     }
-    octants
+
+    /// A ray may look less far than it did.
+    #[inline(always)]
+    fn look_again(&mut self, packet: &Packet<B>, (number, lane): (usize, usize)) {
+        self.fars[number].lanes_mut()[lane] = packet.far.lanes()[lane];
+    }
 }
 
 /// The bit of a ray, in halves. (Merged in lanes of 32 bits: of 64 they would be as wide as a processor has them, and some do
@@ -122,7 +145,7 @@ static BIT_OF: [[u32; 2]; RAYS] = {
 fn meet<B: Scalar>(
     node: &Node<B>,
     who: GroupRays,
-    (packets, octants): (&[Packet<B>], &[u8; GROUP * LANES]),
+    rays: &StreamRays<B>,
     visit: &mut impl Visit<B>,
 ) -> ([GroupRays; LANES], B::Lane) {
     let mut met_by = [[0; HALVES]; LANES];
@@ -135,13 +158,13 @@ fn meet<B: Scalar>(
         let mut met_here = [B::Lane::zero(); 2];
         for ray in bits_of_many::<RAYS>(who) {
             let (number, lane) = place_of(half, ray);
-            let packet = &packets[number];
-            let sides = Sides::known(octants[RAYS * half + ray]);
-            let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(packet.far.lanes()[lane]));
-            for axis in 0..3 {
-                // Numbers are read where they stand: to move eight of them for one costs a stall.
-                let inverse = B::Lane::splat(packet.inverse[axis].lanes()[lane]);
-                let offset = B::Lane::splat(packet.offset[axis].lanes()[lane]);
+            let far = rays.fars[number].lanes()[lane];
+            // Numbers are read where they stand: to move eight of them for one costs a stall.
+            let &[x, y, z, u, v, w, octant, _] = rays.lines[RAYS * half + ray].lanes();
+            let sides = Sides::known(octant.as_bits() as u8);
+            let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
+            for (axis, (inverse, offset)) in [(x, u), (y, v), (z, w)].into_iter().enumerate() {
+                let (inverse, offset) = (B::Lane::splat(inverse), B::Lane::splat(offset));
                 t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
                 t_out = sides.far(node, axis).fused(inverse, offset).sooner(t_out);
             }
@@ -162,13 +185,20 @@ fn meet<B: Scalar>(
 
 /// Tests the primitives of `run` against those of the rays `who` that look as far as `near`.
 #[inline(always)]
-fn test<B: Scalar>(run: &Run, who: GroupRays, near: B, packets: &mut [Packet<B>], visit: &mut impl Visit<B>) {
+fn test<B: Scalar>(
+    run: &Run,
+    (who, near): (GroupRays, B),
+    (packets, rays): (&mut [Packet<B>], &mut StreamRays<B>),
+    visit: &mut impl Visit<B>,
+) {
     // Three rays of one packet are tested as a packet: eight rays against a row take as long as three or less against four rows each.
     let together = who.map(bytes_of_three);
     let whole: Packets = by_eights::<HALVES>(|half| bytes_in_use(together[half]));
     let lone: GroupRays = std::array::from_fn(|half| who[half] & !together[half]);
     if whole != 0 {
-        visit.packets(run, whole, packets);
+        for number in each_packet(visit.packets(run, whole, packets)) {
+            rays.fars[number] = packets[number].far;
+        }
     }
     for (number, lane) in each_ray(lone) {
         let known = packets[number].far.lanes()[lane];
@@ -177,6 +207,7 @@ fn test<B: Scalar>(run: &Run, who: GroupRays, near: B, packets: &mut [Packet<B>]
             let (packet, lone) = (&mut packets[number], visit.lone(number, lane));
             let far = visit.single(run, &lone, packet, known);
             packet.shorten(lane, far);
+            rays.look_again(packet, (number, lane));
         }
     }
 }
