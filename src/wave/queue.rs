@@ -7,6 +7,7 @@
 use crate::compile::{NO_SURFACE, SurfaceId};
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Vec3, f32x8};
+use smallvec::SmallVec;
 
 /// A packet with this many rays of one octant is not taken apart.
 const KEPT_WHOLE: u32 = 7;
@@ -199,7 +200,9 @@ impl<P> Batch<P> {
 /// Packets that wait. Nothing is allocated once the queue has been as long as it gets.
 #[derive(Debug)]
 pub struct Queue<P> {
-    /// Batches of `size` packets.
+    /// Packets that wait in all.
+    ready: usize,
+    /// Batches of `size` packets, or few more.
     full: Vec<Batch<P>>,
     /// The one that grows.
     last: Batch<P>,
@@ -215,10 +218,11 @@ pub struct Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
-    /// An empty one, of batches of `size` packets (at least 1); with `mixed` packets may be of several octants (see
+    /// An empty one, of batches of `size` packets (at least 1), or few more; with `mixed` packets may be of several octants (see
     /// [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
     pub fn new(size: usize, mixed: bool) -> Self {
         Self {
+            ready: 0,
             full: Vec::new(),
             last: Batch::default(),
             size,
@@ -254,46 +258,54 @@ impl<P: Packet> Queue<P> {
         let one_octant = self.mixed || signs.iter().all(|&s| s & lanes == 0 || s & lanes == lanes);
         if one_octant && lanes.count_ones() >= KEPT_WHOLE {
             let octant = if self.mixed { 0 } else { octant_of(signs, lanes.trailing_zeros()) };
-            self.add(octant);
+            self.add(&[octant]);
         } else {
             self.take_apart(lanes, signs);
         }
     }
 
-    /// The packet in its place in the last batch is ready.
+    /// The next packets of the last batch are ready, which are of these octants.
     #[inline(always)]
-    fn add(&mut self, octant: u8) {
-        self.last.octants.push(octant);
-        if self.last.octants.len() == self.size {
+    fn add(&mut self, octants: &[u8]) {
+        self.last.octants.extend_from_slice(octants);
+        self.ready += octants.len();
+        if self.last.octants.len() >= self.size {
             self.full.push(std::mem::replace(&mut self.last, self.spare.pop().unwrap_or_default()));
         }
     }
 
     #[inline(never)]
     fn take_apart(&mut self, mut lanes: u8, signs: [u8; 3]) {
-        // (Its place is that of the packets that get full.)
-        let packet = *self.next();
+        let (place, mut filled) = (self.last.octants.len(), SmallVec::<[u8; OCTANTS]>::new());
         while lanes != 0 {
             let from = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let octant = octant_of(signs, from as u32);
-            let open = &mut self.open[usize::from(octant)];
-            let filled = open.lanes();
-            let to = filled.count_ones() as usize;
-            open.put(to, &packet, from);
-            open.set_lanes(filled << 1 | 1);
+            let (open, packets) = (&mut self.open[usize::from(octant)], &mut self.last.packets);
+            let to = open.lanes().count_ones() as usize;
+            open.put(to, &packets[place], from);
+            open.set_lanes(open.lanes() << 1 | 1);
             if to + 1 == LANES {
-                let full = *open;
+                // Behind the one that is being taken apart.
+                filled.push(octant);
+                if packets.len() == place + filled.len() {
+                    packets.push(P::default());
+                }
+                packets[place + filled.len()] = *open;
                 open.set_lanes(0);
-                *self.next() = full;
-                self.add(octant);
             }
+        }
+        // In whose place the last of them comes. (Together they may make a batch that is longer than others.)
+        if !filled.is_empty() {
+            self.last.packets[place] = self.last.packets[place + filled.len()];
+            filled.rotate_right(1);
+            self.add(&filled);
         }
     }
 
     /// Packets that are ready.
     pub fn len(&self) -> usize {
-        self.full.len() * self.size + self.last.octants.len()
+        self.ready
     }
 
     /// Rays pushed since the last call.
@@ -317,7 +329,7 @@ impl<P: Packet> Queue<P> {
                 for to in open.lanes().count_ones() as usize..LANES {
                     next.put(to, &open, 0);
                 }
-                self.add(octant as u8);
+                self.add(&[octant as u8]);
                 self.open[octant].set_lanes(0);
             }
         }
@@ -332,6 +344,7 @@ impl<P: Packet> Queue<P> {
         if self.last.packets.is_empty() {
             self.last = self.spare.pop().unwrap_or_default();
         }
+        self.ready -= batch.octants.len();
         self.taken += batch.octants.len() as u64;
     }
 }
@@ -379,7 +392,8 @@ mod tests {
         push(&mut queue, alternating);
         assert_eq!(queue.len(), 0);
         push(&mut queue, alternating);
-        assert_eq!(sinks(&queue), [[0, 2, 4, 6, 0, 2, 4, 6], [1, 3, 5, 7, 1, 3, 5, 7]]);
+        // Both get full at once; the last comes first.
+        assert_eq!(sinks(&queue), [[1, 3, 5, 7, 1, 3, 5, 7], [0, 2, 4, 6, 0, 2, 4, 6]]);
         assert_eq!(queue.take_count(), 16);
         let mut taken = Batch::default();
         queue.take(&mut taken);
@@ -390,6 +404,33 @@ mod tests {
             let negative = packet.lines.rays.dir.x.lt(f64x8::zero()).bits();
             assert!(negative == 0 || negative == 0xff);
         }
+    }
+
+    #[test]
+    fn batches_come_whole_and_every_ray_once() {
+        let mut queue = Queue::new(4, false);
+        let mut sent = 0;
+        for k in 0..40u8 {
+            // Some whole, others of two octants, of which both may get full at once.
+            let split = packet(0xff, |lane| if k % 3 == 0 || lane < 4 { 1.0 } else { -1.0 });
+            push(&mut queue, Carriers { sink: [u32::from(k); LANES], ..split });
+            sent += LANES;
+        }
+        queue.flush();
+        let (waiting, mut batch, mut found, mut lengths) =
+            (queue.len(), Batch::default(), [0; 40], Vec::new());
+        while queue.len() > 0 {
+            queue.take(&mut batch);
+            lengths.push(batch.packets().len());
+            for packet in batch.by_octant(3).flatten() {
+                let lanes = (0..LANES).filter(|lane| packet.lanes >> lane & 1 == 1);
+                lanes.for_each(|lane| found[packet.sink[lane] as usize] += 1);
+            }
+        }
+        assert_eq!((lengths.iter().sum::<usize>(), sent), (waiting, found.iter().sum()));
+        assert!(found.iter().all(|&n| n == LANES));
+        let (_, others) = lengths.split_last().unwrap();
+        assert!(others.iter().all(|len| (4..12).contains(len)), "{lengths:?}");
     }
 
     #[test]
