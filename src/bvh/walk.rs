@@ -1,5 +1,5 @@
-//! Rays through the tree: which go together, and how. Groups of up to sixteen packets that share an octant and much the same
-//! direction, packets by themselves, streams of rays that go all ways, or one ray against eight boxes.
+//! Rays through the tree: which go together, and how. Groups of up to sixteen packets that share an octant and, where none go as
+//! streams, much the same direction, packets by themselves, streams of rays that go all ways, or one ray against eight boxes.
 //!
 //! Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
@@ -151,7 +151,7 @@ fn walk_eights<B: Scalar, M: Many<Eight = B::Lane>, const N: usize>(
             octant |= negative << axis;
             group &= if negative == 1 { backward } else { !backward };
         }
-        // Packets of one octant and much the same direction go together.
+        // Packets of one octant go together, if they go much the same way.
         if directions.spread_of(group) > switches.group_spread {
             let candidates = group & !(1 << first);
             group = 1 << first;
