@@ -245,10 +245,19 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// True if [`Block::near_in_four`] has a crossing with one of the rows of `rows` that is before `limits.1`.
     #[inline(always)]
     fn blocked_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), (rows, left): (u8, u8)) -> bool {
+        if let Some(blocked) = self.told_in_four(four, ray, limits, (rows, left)) {
+            return blocked;
+        }
         let (t, near) = self.near_in_four(four, ray, limits, left);
         let near = near & rows;
         // Nothing is at the limit itself.
         near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1)
+    }
+
+    /// The same, where a kind can tell for less than its crossings cost.
+    #[inline(always)]
+    fn told_in_four(&self, _four: usize, _ray: &Ray<S>, _limits: (S, S), _rows: (u8, u8)) -> Option<bool> {
+        None
     }
 
     /// True if most rays can be told to meet a row, or to miss it, for less than its test costs: by its outline.

@@ -5,7 +5,7 @@ use super::{
     Aabb, Block, Left, Looking, Ray, Rays, Solid, Surfaces, dot_four, first_beyond, less_four, one_row,
     typical,
 };
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
 
 /// `n` spheres (`radius` at least 0): columns `center` (3) and `radius`, all in scene units.
@@ -123,9 +123,9 @@ fn any_crossing<L: Lane>(
     (sure.bits() == met).then(|| sure.select(place, none))
 }
 
-/// What [`Block::blocked_in_four`] has of four spheres, where that can be told without roots.
+/// See [`Block::told_in_four`].
 #[inline(always)]
-fn blocked<S: Scalar>(
+fn told<S: Scalar>(
     four: &Four<S, 4>,
     ray: &Ray<S>,
     (t_min, t_max): (S, S),
@@ -197,15 +197,8 @@ impl<S: Scalar> Block<S> for Spheres<S> {
     }
 
     #[inline(always)]
-    fn blocked_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), (rows, left): (u8, u8)) -> bool {
-        match blocked(self.rows.four(four), ray, limits, (rows, left)) {
-            Some(blocked) => blocked,
-            None => {
-                let (t, near) = self.near_in_four(four, ray, limits, left);
-                let near = near & rows;
-                near != 0 && (0..QUAD).any(|k| near >> k & 1 == 1 && t.to_array()[k] < limits.1)
-            }
-        }
+    fn told_in_four(&self, four: usize, ray: &Ray<S>, limits: (S, S), rows: (u8, u8)) -> Option<bool> {
+        told(self.rows.four(four), ray, limits, rows)
     }
 
     fn blurred(&self) -> f64 {
