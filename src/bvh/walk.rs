@@ -152,7 +152,7 @@ fn walk_eights<B: Scalar, M: Many<Eight = B::Lane>, const N: usize>(
             group &= if negative == 1 { backward } else { !backward };
         }
         // Packets of one octant go together, if they go much the same way.
-        if directions.spread_of(group) > switches.group_spread {
+        if switches.group_spread.is_finite() && directions.spread_of(group) > switches.group_spread {
             let candidates = group & !(1 << first);
             group = 1 << first;
             for k in each_packet(candidates) {
