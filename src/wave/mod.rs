@@ -22,6 +22,7 @@ mod onward;
 mod outlined;
 mod query;
 mod queue;
+mod regroup;
 mod rows;
 mod shade;
 mod shadow;

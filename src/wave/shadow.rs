@@ -7,24 +7,39 @@ use super::filters::{Tinting, through};
 use super::light_buffer::Cones;
 use super::medium::Media;
 use super::query::Query;
-use super::queue::{Batch, Feelers, Queue};
+use super::queue::{Batch, Feelers, Packet, Queue};
+use super::regroup::{Regrouping, WINDOW, gather};
 use super::sums::Sums;
 use super::trace::Tracer;
-use crate::bvh::Run;
+use crate::bvh::{Run, Traversal};
 use crate::compile::Compiled;
-use crate::lane::{Lane, Scalar};
+use crate::lane::{LANES, Lane, Mask, Scalar};
 
 /// Buffers for shadow rays.
-#[derive(Default)]
 pub struct ShadowTracer<S: Scalar> {
     batch: Batch<Feelers<S::Lane>>,
     queries: Vec<Query<S::Lane>>,
     tinting: Tinting,
+    regrouping: Regrouping,
+    /// Those of a batch that were put together anew.
+    regrouped: Vec<Feelers<S::Lane>>,
     /// By light: see [`Tracer::occluded`].
     suspects: Vec<Option<Run>>,
 }
 
 impl<S: Scalar> ShadowTracer<S> {
+    /// For rays that go through the tree this way.
+    pub fn new(traversal: Traversal) -> Self {
+        Self {
+            batch: Batch::default(),
+            queries: Vec::new(),
+            tinting: Tinting::default(),
+            regrouping: Regrouping::new(traversal),
+            regrouped: Vec::new(),
+            suspects: Vec::new(),
+        }
+    }
+
     /// Suspects nothing: what has blocked rays of another tile depends on which tile that was.
     pub fn begin_tile(&mut self) {
         self.suspects.clear();
@@ -44,20 +59,40 @@ impl<S: Scalar> ShadowTracer<S> {
             self.suspects.resize(light + 1, None);
         }
         queue.take(&mut self.batch);
-        for group in self.batch.packets().chunks(scene.geometry.group_size()) {
-            aim(&mut self.queries, group);
-            let ways =
-                tracer.occluded(&scene.geometry, &mut self.queries, (&mut self.suspects[light], cones));
-            for ((query, rays), way) in self.queries.iter_mut().zip(group).zip(ways) {
-                let lanes = rays.lanes & !query.hits();
-                let tinted = lanes & way.noted;
-                sums.add(&rays.sink, rays.light, lanes & !tinted);
-                if tinted != 0 {
-                    let filter = through(scene, rays, (query, tinted), way, &mut self.tinting, media);
-                    sums.add(&rays.sink, rays.light.mul(filter), tinted);
+        let Self { batch, regrouping, regrouped, queries, tinting, suspects } = self;
+        for window in batch.packets().chunks(WINDOW) {
+            let starts = window.iter().map(|rays| (&rays.lines.rays.origin, rays.lanes));
+            // (A few things with cones around them are no matter for a tree.)
+            let order = if cones.is_none() { regrouping.order(starts) } else { None };
+            let packets = match order {
+                Some(order) => {
+                    regroup(window, order, regrouped);
+                    &*regrouped
+                }
+                None => window,
+            };
+            for group in packets.chunks(scene.geometry.group_size()) {
+                aim(queries, group);
+                let ways = tracer.occluded(&scene.geometry, queries, (&mut suspects[light], cones));
+                for ((query, rays), way) in queries.iter_mut().zip(group).zip(ways) {
+                    let lanes = rays.lanes & !query.hits();
+                    let tinted = lanes & way.noted;
+                    sums.add(&rays.sink, rays.light, lanes & !tinted);
+                    if tinted != 0 {
+                        let filter = through(scene, rays, (query, tinted), way, tinting, media);
+                        sums.add(&rays.sink, rays.light.mul(filter), tinted);
+                    }
                 }
             }
         }
+    }
+}
+
+/// Makes `regrouped` the rays of `packets` in this order.
+fn regroup<L: Lane>(packets: &[Feelers<L>], order: &[u32], regrouped: &mut Vec<Feelers<L>>) {
+    gather(order, regrouped, |packet, to, (from, lane)| packet.put(to, &packets[from], lane));
+    for (packet, rays) in regrouped.iter_mut().zip(order.chunks(LANES)) {
+        packet.lanes = Mask::<L>::first(rays.len()).bits();
     }
 }
 

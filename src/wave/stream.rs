@@ -2,11 +2,13 @@
 //! picture's waves, without the shading.
 
 use super::query::Query;
+use super::queue::{put, put3};
+use super::regroup::{Regrouping, WINDOW, gather};
 use super::trace::Tracer;
 use crate::bvh::{GROUP, Occupancy, Traversal};
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8, prefetch};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, prefetch};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,7 +24,26 @@ pub struct RayStream {
     query: RayQuery,
 }
 
+/// Buffers of a thread.
+struct Buffers<S: Scalar, B: Scalar> {
+    tracer: Tracer<B>,
+    queries: Vec<Query<S::Lane>>,
+    regrouping: Regrouping,
+    /// Rays that were put together anew.
+    regrouped: Vec<(StreamPacket, f64x8)>,
+}
+
+impl<S: Scalar, B: Scalar> Buffers<S, B> {
+    /// For rays that go through the tree this way.
+    fn new(traversal: Traversal) -> Self {
+        let (queries, regrouped) = (Vec::with_capacity(GROUP), Vec::with_capacity(GROUP));
+        let (tracer, regrouping) = (Tracer::with(traversal), Regrouping::new(traversal));
+        Self { tracer, queries, regrouping, regrouped }
+    }
+}
+
 /// Eight neighbouring rays; past the end of the set, the last one again.
+#[derive(Clone, Copy, Default)]
 struct StreamPacket {
     rays: Rays<f32x8>,
     t_near: f32x8,
@@ -99,19 +120,35 @@ impl RayStream {
     /// [`Geometry::origin`]).
     #[inline(always)]
     fn aim<L: Lane>(&self, number: usize, lanes: u8, origin: DVec3, query: &mut Query<L>) {
-        let StreamPacket { rays, t_near, t_far } = &self.packets[number];
+        let length = self.lengths.get(number);
+        self.packets[number].aim(length, lanes, origin, query);
+    }
+}
+
+impl StreamPacket {
+    /// Lane `from` of `other` becomes lane `to`.
+    #[inline(always)]
+    fn put(&mut self, to: usize, other: &Self, from: usize) {
+        put3(&mut self.rays.origin, to, &other.rays.origin, from);
+        put3(&mut self.rays.dir, to, &other.rays.dir, from);
+        put(&mut self.t_near, to, &other.t_near, from);
+        put(&mut self.t_far, to, &other.t_far, from);
+    }
+
+    /// See [`RayStream::aim`].
+    #[inline(always)]
+    fn aim<L: Lane>(&self, length: Option<&f64x8>, lanes: u8, origin: DVec3, query: &mut Query<L>) {
+        let Self { rays, t_near, t_far } = self;
         let from = rays.origin.cast::<f64x8>() - Vec3::splat(origin);
         let (mut dir, mut limits) = (rays.dir.cast(), [t_near.cast(), t_far.cast()]);
-        if let Some(&length) = self.lengths.get(number) {
+        if let Some(&length) = length {
             let inverse = f64x8::lit(1.0) / length;
             dir = rays.dir.cast::<f64x8>().map(|x| x * inverse).cast();
             limits = [t_near, t_far].map(|t| (t.to_f64s() * length).cast());
         }
         query.aim_free(&Rays { origin: from.cast(), dir }, limits, lanes);
     }
-}
 
-impl StreamPacket {
     /// Lengths of the directions.
     fn lengths(&self) -> f64x8 {
         let dir = self.rays.dir.cast::<f64x8>();
@@ -157,10 +194,8 @@ pub fn trace_stream<S: Scalar, B: Scalar>(
 ) {
     let chunks = hits.t.par_chunks_mut(CHUNK).zip(hits.surface.par_chunks_mut(CHUNK)).enumerate();
     chunks.with_max_len(MOST_CHUNKS).for_each_init(
-        || (Tracer::with(traversal), Vec::with_capacity(GROUP)),
-        |(tracer, queries), (chunk, (t, surface))| {
-            trace_chunk(scene, stream, chunk * CHUNK, tracer, queries, (t, surface));
-        },
+        || Buffers::new(traversal),
+        |buffers, (chunk, (t, surface))| trace_chunk(scene, stream, chunk * CHUNK, buffers, (t, surface)),
     );
 }
 
@@ -170,11 +205,10 @@ pub fn stream_occupancy<S: Scalar, B: Scalar>(
     stream: &RayStream,
     traversal: Traversal,
 ) -> Occupancy {
-    let (mut tracer, mut queries) = (Tracer::with(traversal), Vec::with_capacity(GROUP));
-    tracer.count();
-    let mut hits = StreamHits::new(stream);
-    trace_chunk(scene, stream, 0, &mut tracer, &mut queries, (&mut hits.t, &mut hits.surface));
-    tracer.occupancy()
+    let (mut buffers, mut hits) = (Buffers::new(traversal), StreamHits::new(stream));
+    buffers.tracer.count();
+    trace_chunk(scene, stream, 0, &mut buffers, (&mut hits.t, &mut hits.surface));
+    buffers.tracer.occupancy()
 }
 
 /// Traces the rays from `first` on, a multiple of a group, as many as there is room for.
@@ -182,14 +216,85 @@ fn trace_chunk<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     stream: &RayStream,
     first: usize,
-    tracer: &mut Tracer<B>,
-    queries: &mut Vec<Query<S::Lane>>,
+    buffers: &mut Buffers<S, B>,
+    (t, surface): (&mut [S], &mut [SurfaceId]),
+) {
+    if stream.query == RayQuery::Closest {
+        return trace_in_groups(scene, stream, first, buffers, (t, surface));
+    }
+    let windows = t.chunks_mut(WINDOW * LANES).zip(surface.chunks_mut(WINDOW * LANES));
+    for (window, (t, surface)) in windows.enumerate() {
+        let first = first + window * WINDOW * LANES;
+        if !trace_regrouped(scene, stream, first, buffers, surface) {
+            trace_in_groups(scene, stream, first, buffers, (t, surface));
+        }
+    }
+}
+
+/// Traces the rays from `first` on as they come, as many as there is room for.
+fn trace_in_groups<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    stream: &RayStream,
+    first: usize,
+    Buffers { tracer, queries, .. }: &mut Buffers<S, B>,
     (t, surface): (&mut [S], &mut [SurfaceId]),
 ) {
     let rays = scene.group_size() * LANES;
     let groups = t.chunks_mut(rays).zip(surface.chunks_mut(rays));
     for (group, (t, surface)) in groups.enumerate() {
         trace_group(scene, stream, first + group * rays, tracer, queries, t, surface);
+    }
+}
+
+/// Whether anything is hit by the rays of a window from `first` on, as many as there is room for, if they had better be put together
+/// anew: false where nothing was done, as they had not.
+fn trace_regrouped<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    stream: &RayStream,
+    first: usize,
+    Buffers { tracer, queries, regrouping, regrouped }: &mut Buffers<S, B>,
+    surface: &mut [SurfaceId],
+) -> bool {
+    let (first, len) = (first / LANES, surface.len());
+    let lanes = |rays: usize| Mask::<S::Lane>::first(rays).bits();
+    let packets = &stream.packets[first..first + len.div_ceil(LANES)];
+    let starts = packets.iter().enumerate().map(|(k, packet)| (&packet.rays.origin, lanes(len - k * LANES)));
+    let Some(order) = regrouping.order(starts) else { return false };
+    let lengths = (!stream.lengths.is_empty()).then(|| &stream.lengths[first..]);
+    for group in order.chunks(scene.group_size() * LANES) {
+        gather(group, regrouped, |(packet, length), to, (from, lane)| {
+            packet.put(to, &packets[from], lane);
+            if let Some(lengths) = lengths {
+                put(length, to, &lengths[from], lane);
+            }
+        });
+        queries.resize(regrouped.len(), Query::default());
+        for ((packet, length), (query, rays)) in
+            regrouped.iter().zip(queries.iter_mut().zip(group.chunks(LANES)))
+        {
+            packet.aim(lengths.map(|_| length), lanes(rays.len()), scene.origin, query);
+        }
+        find_any(scene, tracer, queries);
+        for (query, rays) in queries.iter().zip(group.chunks(LANES)) {
+            for (&hit, &ray) in query.surface.iter().zip(rays) {
+                surface[ray as usize] = hit;
+            }
+        }
+    }
+    true
+}
+
+/// Whether rays hit anything. What is see-through is hit, too: any surface stands for it.
+fn find_any<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    tracer: &mut Tracer<B>,
+    queries: &mut [Query<S::Lane>],
+) {
+    let ways = tracer.occluded(scene, queries, (&mut None, None));
+    for (query, way) in queries.iter_mut().zip(ways) {
+        for k in bits(way.noted) {
+            query.surface[k] = 0;
+        }
     }
 }
 
@@ -217,15 +322,7 @@ fn trace_group<S: Scalar, B: Scalar>(
     }
     match stream.query {
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
-        RayQuery::Any => {
-            // What is see-through is hit, too: any surface stands for it.
-            let ways = tracer.occluded(scene, queries, (&mut None, None));
-            for (query, way) in queries.iter_mut().zip(ways) {
-                for k in (0..LANES).filter(|k| way.noted >> k & 1 == 1) {
-                    query.surface[k] = 0;
-                }
-            }
-        }
+        RayQuery::Any => find_any(scene, tracer, queries),
     }
     let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
     for (k, (query, (t, surface))) in queries.iter().zip(lanes).enumerate() {

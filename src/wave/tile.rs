@@ -58,7 +58,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let carriers = || Queue::new(BATCH, mixed);
         Self {
             tracer,
-            shadows: ShadowTracer::default(),
+            shadows: ShadowTracer::new(traversal),
             batch: Batch::default(),
             camera: Queue::new(usize::MAX, mixed),
             reflected: carriers(),
