@@ -63,6 +63,26 @@ fn spiral(n: u32) -> Vec<u8> {
     bytes
 }
 
+/// Spheres here and there in a cube, from an integer recurrence: neighbouring pixels see things far apart.
+fn swarm(n: u32) -> Vec<u8> {
+    let mut bytes = [&b"SPHR0001"[..], &n.to_le_bytes(), &[0; 4]].concat();
+    let mut random = random();
+    for _ in 0..n {
+        let [x, y, z] = [(); 3].map(|()| random());
+        bytes.extend([x, y, z, 0.03].iter().flat_map(|c| c.to_le_bytes()));
+    }
+    bytes
+}
+
+/// Numbers from -1 to 1.
+fn random() -> impl FnMut() -> f32 {
+    let mut state = 1u64;
+    move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    }
+}
+
 const CAMERA: &str = "--eye 0.4,1.5,2.5 --light 3,0.4,2 --size 64";
 
 #[test]
@@ -70,7 +90,8 @@ fn every_walk_precision_and_tree_finds_the_same() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("sheet.mesh"), sheet(40)).unwrap();
     fs::write(folder.path().join("spiral.sph"), spiral(300)).unwrap();
-    for geometry in ["--mesh sheet.mesh", "--spheres spiral.sph"] {
+    fs::write(folder.path().join("swarm.sph"), swarm(4000)).unwrap();
+    for geometry in ["--mesh sheet.mesh", "--spheres spiral.sph", "--spheres swarm.sph"] {
         let made = octray(folder.path(), &format!("rays {geometry} {CAMERA} -p strict --dump set"));
         let sets: Vec<String> =
             lines(&made).iter().map(|line| line["set"].as_str().unwrap().to_owned()).collect();
@@ -101,11 +122,7 @@ fn every_walk_precision_and_tree_finds_the_same() {
 
 /// `n` long thin triangles every way, from an integer recurrence.
 fn needles(n: u32) -> Vec<u8> {
-    let mut state = 1u64;
-    let mut random = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-    };
+    let mut random = random();
     let mut mesh = [&b"MESH0001"[..], &(3 * n).to_le_bytes(), &n.to_le_bytes()].concat();
     for _ in 0..n {
         let [middle, along, across] = [(); 3].map(|()| [(); 3].map(|()| random()));
