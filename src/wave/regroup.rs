@@ -175,19 +175,15 @@ impl Grid {
         let mut cells = [0; LANES];
         for (axis, x) in [start.x, start.y, start.z].into_iter().enumerate() {
             let place = (x.cast::<f32x8>() - f32x8::splat(self.low[axis])) * f32x8::splat(self.scale[axis]);
-            let place = Lane::max(Lane::min(place, f32x8::splat(self.last[axis])), f32x8::zero()).trunc();
-            // (Beside it whole numbers stand in the last bits. What is none is put somewhere.)
-            let place = (place + f32x8::splat(WHOLE)).to_array();
-            for (cell, place) in cells.iter_mut().zip(place) {
-                *cell |= self.bits[axis][place.to_bits() as usize % CELLS];
+            let place = Lane::max(Lane::min(place, f32x8::splat(self.last[axis])), f32x8::zero());
+            // (What is no number is put somewhere.)
+            for (cell, place) in cells.iter_mut().zip(place.trunc_int().to_array()) {
+                *cell |= self.bits[axis][place as usize % CELLS];
             }
         }
         cells
     }
 }
-
-/// From here on single precision has whole numbers only.
-const WHOLE: f32 = (1u32 << 23) as f32;
 
 #[cfg(test)]
 mod tests {
