@@ -1,9 +1,9 @@
 //! What bounds several rays: those of a packet, and a group's, packet by packet.
 
 use super::Bvh;
-use super::eights::{ByPacket, Packets, by_eights, eight_of};
+use super::eights::{ByPacket, Packets, by_eights, each_packet, eight_of};
 use super::packet::{Crossing, Packet, Units};
-use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last};
+use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last, folded};
 
 /// Which rays of a group's packets are alive.
 pub(super) struct Alive<B: Scalar, const N: usize> {
@@ -41,11 +41,28 @@ impl<B: Scalar, const N: usize> Alive<B, N> {
                 let x = column(&packets[(LANES * half + k).min(last)]);
                 *row = self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]));
             }
-            let [a, b, c, d, e, f, g, h] = B::Lane::transpose(rows);
-            least[half] = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
-            most[half] = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
+            let columns = B::Lane::transpose(rows);
+            least[half] = folded(columns, B::Lane::min);
+            most[half] = folded(columns, B::Lane::max);
         }
         [least, most]
+    }
+
+    /// The least and the most of a number over the live rays of the packets of `which`.
+    #[inline(always)]
+    fn ends_of_all(
+        &self,
+        packets: &[Packet<B>],
+        which: Packets,
+        column: impl Fn(&Packet<B>) -> &B::Lane,
+    ) -> [f64; 2] {
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY].map(B::Lane::lit);
+        for k in each_packet(which) {
+            let (live, x) = (self.live[k / LANES][k % LANES], *column(&packets[k]));
+            least = live.select(least.min(x), least);
+            most = live.select(most.max(x), most);
+        }
+        ends_of([least, most]).map(B::to_f64)
     }
 }
 
@@ -133,19 +150,19 @@ impl<B: Scalar, const N: usize> Bounds<B, N> {
         if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
             return None;
         }
-        let mut eye = [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.eye[axis]));
-        let ends_of = eye.map(|both| around(which, both).map(B::to_f64));
-        let reach = ends_of.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
+        let eye = [0, 1, 2].map(|axis| alive.ends_of_all(packets, which, |packet| &packet.eye[axis]));
+        let reach = eye.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
         let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
-        if !ends_of.iter().all(|[least, most]| most - least <= pad) {
+        if !eye.iter().all(|[least, most]| most - least <= pad) {
             return None;
         }
         let pad = B::from_f64(pad);
         let lanes = B::Lane::splat(pad);
-        for [least, most] in &mut eye {
-            (*least, *most) = (least.map(|x| x - lanes), most.map(|x| x + lanes));
-        }
-        Some((Self { origin: eye, inverse: directions.inverse }, pad))
+        let origin = eye.map(|ends| {
+            let [least, most] = ends.map(|x| B::Lane::splat(B::from_f64(x)));
+            [[least - lanes; N], [most + lanes; N]]
+        });
+        Some((Self { origin, inverse: directions.inverse }, pad))
     }
 
     /// Around the packets whose bit is set.
@@ -181,7 +198,13 @@ fn around<L: Lane, const N: usize>(which: Packets, [least, most]: [[L; N]; 2]) -
         ends[0] = which.select(least[half], ends[0]).min(ends[0]);
         ends[1] = which.select(most[half], ends[1]).max(ends[1]);
     }
-    [fold(ends[0], |a, b| if b < a { b } else { a }), fold(ends[1], |a, b| if b > a { b } else { a })]
+    ends_of(ends)
+}
+
+/// The least of the first lanes and the most of the second.
+#[inline(always)]
+fn ends_of<L: Lane>([least, most]: [L; 2]) -> [L::Scalar; 2] {
+    [fold(least, |a, b| if b < a { b } else { a }), fold(most, |a, b| if b > a { b } else { a })]
 }
 
 #[inline(always)]

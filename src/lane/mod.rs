@@ -126,6 +126,12 @@ pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
     Mask::<f32x8>::from_bits(bits).select(yes, no).to_array().map(f32::to_bits)
 }
 
+/// `f` over eight, by halves.
+#[inline(always)]
+pub fn folded<T>([a, b, c, d, e, f, g, h]: [T; LANES], over: impl Fn(T, T) -> T) -> T {
+    over(over(over(a, b), over(c, d)), over(over(e, f), over(g, h)))
+}
+
 /// The highest number of the lanes, none of which is NaN.
 #[inline(always)]
 pub fn highest<L: Lane>(x: L) -> L::Scalar {
