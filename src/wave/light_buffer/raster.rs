@@ -5,7 +5,7 @@ use super::ball::Ball;
 use super::casters::{Caster, Casters, caster};
 use super::cell::{Entry, Settle, TRIANGLE};
 use super::region::{Regions, slack_at};
-use super::seen::{Outline, Seen, relative};
+use super::seen::{Seen, Sides, relative};
 use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
@@ -40,6 +40,8 @@ pub struct Room {
     /// What is seen through each face.
     seen: [Seen; FACES],
     drawn: Drawn,
+    /// Numbers of what is seen through a face, under how near it is: in order.
+    order: Vec<u64>,
     /// Depths at the corners of a caster's cells.
     corners: Vec<f64>,
 }
@@ -64,7 +66,7 @@ pub fn fill<S: Scalar, B: Scalar>(
         regions: Regions::of(casters, location, slack),
     };
 
-    let Room { seen, drawn, corners } = room;
+    let Room { seen, drawn, order, corners } = room;
     seen.iter_mut().for_each(Seen::clear);
     // Shows the light a caster; false if it is in its box.
     let show = |seen: &mut [Seen; FACES], number: usize, caster: &Caster| {
@@ -100,12 +102,12 @@ pub fn fill<S: Scalar, B: Scalar>(
         [] => Cow::Borrowed(&casters.all[..]),
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
-    lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
-    if through_all(&buffer, seen, Seen::outlined) > most {
+    let [outlined, faceted] = lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
+    if outlined > most {
         return None;
     }
     seen.iter_mut().for_each(Seen::reserve);
-    drawn.clear(buffer.cells.len(), through_all(&buffer, seen, Seen::drawn));
+    drawn.clear(buffer.cells.len(), outlined + faceted);
     for (kind, opaque) in &casters.triangles {
         let (base, faces) = (scene.base[*kind as usize], &buffer.faces);
         let (seen, drawn) = (&mut *seen, &mut *drawn);
@@ -116,11 +118,18 @@ pub fn fill<S: Scalar, B: Scalar>(
         let light = Light { location, number, face, slack };
         drawn.begin(&face);
         // The nearest first: what lies behind what fills a cell is not put into it.
-        seen.outlines.sort_unstable_by(|(a, one), (b, other)| one.near.total_cmp(&other.near).then(a.cmp(b)));
-        for (caster, outline) in &seen.outlines {
-            let (name, caster) = (*caster, &all[*caster as usize]);
+        order.clear();
+        order.extend(
+            seen.outlines.iter().zip(0u64..).map(|((_, outline), number)| {
+                u64::from((outline.near as f32).to_bits()) << u32::BITS | number
+            }),
+        );
+        order.sort_unstable();
+        for &number in &*order {
+            let (name, outline) = &seen.outlines[number as u32 as usize];
+            let (name, caster) = (*name, &all[*name as usize]);
             let places = outline.cells(&face);
-            let first = drawn.draw(name, (caster, outline), &light, places);
+            let first = drawn.draw(name, (caster, outline.near), &light, places);
             if caster.blocks {
                 block(scene, caster, &light, places, (corners, drawn, first));
             }
@@ -250,20 +259,23 @@ impl Drawn {
         self.dark.resize((face.columns * face.rows) as usize, f32::INFINITY);
     }
 
-    /// Outlines a caster in the cells of `places`, as far as nothing before it fills them: where in the list that begins.
+    /// Outlines a caster, all of which is as far as `near` at least, in the cells of `places` that nothing before it fills: where
+    /// in the list that begins.
     fn draw(
         &mut self,
         name: u32,
-        (caster, outline): (&Caster, &Outline),
+        (caster, near): (&Caster, f64),
         light: &Light,
         [[left, right], [low, high]]: [[u32; 2]; 2],
     ) -> usize {
-        let Light { face, slack, .. } = light;
+        let Light { location, number, face, slack } = light;
         let (first, ball) = (self.outlined.len(), Ball::of(caster, light));
+        let (min, max) = relative(caster, *location, *slack);
+        let sides = Sides::through(*number, min, max);
         for row in low..=high {
-            let near = outline.near.max(outline.depth_in(1, row, face));
+            let near = near.max(sides.depth_in(1, row, face));
             for column in left..=right {
-                let mut near = near.max(outline.depth_in(0, column, face));
+                let mut near = near.max(sides.depth_in(0, column, face));
                 if let Some(ball) = &ball {
                     let Some(depth) = ball.depth_in([column, row], face) else { continue };
                     near = near.max(depth);
@@ -311,8 +323,8 @@ impl Drawn {
     }
 }
 
-/// Spreads cells over what is seen through the faces.
-fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundoff: f64) {
+/// Spreads cells over what is seen through the faces; how many of them casters and facets will be drawn into.
+fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundoff: f64) -> [f64; 2] {
     let frames: Vec<_> = seen.iter().map(Seen::frame).collect();
     let area = |[across, up]: &[[f64; 2]; 2]| (across[1] - across[0]) * (up[1] - up[0]);
     let whole: f64 = frames.iter().flatten().map(area).sum();
@@ -334,10 +346,12 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
                 *face = Face { first, columns, rows, corner, scale };
                 first += columns * rows;
             }
-            if laid <= FACES as f64 || through_all(buffer, seen, Seen::drawn) <= most {
+            let outlined = through_all(buffer, seen, Seen::outlined);
+            let faceted = through_all(buffer, seen, Seen::faceted);
+            if laid <= FACES as f64 || outlined + faceted <= most {
                 buffer.cells = vec![Cell::EMPTY; first as usize];
                 buffer.lists = vec![List::NONE; first as usize];
-                return;
+                return [outlined, faceted];
             }
         }
         scale *= 0.5;

@@ -15,21 +15,22 @@ pub(super) struct Outline {
     pub up: [f64; 2],
     /// Least depth.
     pub near: f64,
-    /// The box relative to the light, across and up: least and greatest.
-    sides: [[f64; 2]; 2],
 }
+
+/// A caster's box relative to the light, across and up a face: least and greatest.
+pub(super) struct Sides([[f64; 2]; 2]);
 
 impl Outline {
     /// Of a box from `min` to `max` relative to the light, which is outside of it; `None` if it is not seen through
     /// `face`.
     pub fn through(face: usize, min: DVec3, max: DVec3) -> Option<Self> {
-        let (along, across, up, backward) = axes(face);
+        let (along, _, _, backward) = axes(face);
         let (nearest, farthest) =
             if backward { (-max[along], -min[along]) } else { (min[along], max[along]) };
         if farthest <= 0.0 {
             return None;
         }
-        let sides = [across, up].map(|axis| [min[axis], max[axis]]);
+        let Sides(sides) = Sides::through(face, min, max);
         // Within the face nothing is farther across than along.
         let off = |[low, high]: [f64; 2]| if low > 0.0 { low } else { (-high).max(0.0) };
         let near = nearest.max(off(sides[0]) / EDGE).max(off(sides[1]) / EDGE);
@@ -41,7 +42,7 @@ impl Outline {
             let high = high / if high > 0.0 { near } else { farthest };
             [low.max(-EDGE), high.min(EDGE)]
         };
-        Some(Self { across: seen(sides[0]), up: seen(sides[1]), near, sides })
+        Some(Self { across: seen(sides[0]), up: seen(sides[1]), near })
     }
 
     /// The cells it is seen through: first and last column, first and last row.
@@ -52,10 +53,19 @@ impl Outline {
         };
         [range(self.across, face.corner[0], face.columns), range(self.up, face.corner[1], face.rows)]
     }
+}
+
+impl Sides {
+    /// Of a box from `min` to `max` relative to the light.
+    pub fn through(face: usize, min: DVec3, max: DVec3) -> Self {
+        let (_, across, up, _) = axes(face);
+        Self([across, up].map(|axis| [min[axis], max[axis]]))
+    }
 
     /// The least depth at which the box's side number `side` can be met in cell number `cell` along it.
     pub fn depth_in(&self, side: usize, cell: u32, face: &Face) -> f64 {
-        let [low, high] = self.sides[side];
+        let Self(sides) = self;
+        let [low, high] = sides[side];
         let (first, last) = (f64::from(cell) - CELL_ROUNDING, f64::from(cell + 1) + CELL_ROUNDING);
         if low > 0.0 {
             let last = face.place(side, last);
@@ -107,13 +117,13 @@ impl Seen {
         frame.filter(|[across, _]| across[0] <= across[1])
     }
 
-    /// How many cells all of it is drawn into: of facets, on average.
-    pub fn drawn(&self, face: &Face) -> f64 {
+    /// How many cells facets are drawn into, on average.
+    pub fn faceted(&self, face: &Face) -> f64 {
         let [area, girth] = [self.area, self.girth].map(|sums| Quad::to_array(sums).iter().sum::<f64>());
-        self.outlined(face) + area * face.scale * face.scale + girth * face.scale + self.count as f64
+        area * face.scale * face.scale + girth * face.scale + self.count as f64
     }
 
-    /// The same of all but facets.
+    /// How many cells all else is drawn into.
     pub fn outlined(&self, face: &Face) -> f64 {
         let count = |[first, last]: [u32; 2]| f64::from(last - first + 1);
         let outlines = self.outlines.iter().map(|(_, outline)| outline.cells(face));
