@@ -3,7 +3,7 @@
 use super::Bvh;
 use super::eights::{ByPacket, Packets, by_eights, each_packet, eight_of};
 use super::packet::{Crossing, Packet, Units};
-use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last, folded};
+use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last, folded, highest, lowest};
 
 /// Which rays of a group's packets are alive.
 pub(super) struct Alive<B: Scalar, const N: usize> {
@@ -32,16 +32,13 @@ impl<B: Scalar, const N: usize> Alive<B, N> {
     /// The least and the most of a number over the live rays of each packet. Lanes of packets without a live ray hold anything.
     #[inline(always)]
     fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B, N> {
-        // Packets that are not there are the last: how many there are, and in which all rays live, would be guessed.
-        let last = packets.len().saturating_sub(1);
         let [mut least, mut most] = [[B::Lane::zero(); N]; 2];
         for half in 0..N {
-            let mut rows = [B::Lane::zero(); LANES];
-            for (k, row) in rows.iter_mut().enumerate() {
-                let x = column(&packets[(LANES * half + k).min(last)]);
-                *row = self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]));
-            }
-            let columns = B::Lane::transpose(rows);
+            let columns = columns(packets, half, |k, packet| {
+                let x = column(packet);
+                // (In which all rays live would be guessed.)
+                self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]))
+            });
             least[half] = folded(columns, B::Lane::min);
             most[half] = folded(columns, B::Lane::max);
         }
@@ -62,8 +59,24 @@ impl<B: Scalar, const N: usize> Alive<B, N> {
             least = live.select(least.min(x), least);
             most = live.select(most.max(x), most);
         }
-        ends_of([least, most]).map(B::to_f64)
+        [lowest(least), highest(most)].map(B::to_f64)
     }
+}
+
+/// Eight numbers of each of eight packets, of which `row` has those of packet `k`, a packet a lane. Packets that are not there are the
+/// last: how many there are would be guessed.
+#[inline(always)]
+pub(super) fn columns<B: Scalar>(
+    packets: &[Packet<B>],
+    half: usize,
+    row: impl Fn(usize, &Packet<B>) -> B::Lane,
+) -> [B::Lane; LANES] {
+    let last = packets.len().saturating_sub(1);
+    let mut rows = [B::Lane::zero(); LANES];
+    for (k, all) in rows.iter_mut().enumerate() {
+        *all = row(k, &packets[(LANES * half + k).min(last)]);
+    }
+    B::Lane::transpose(rows)
 }
 
 /// The least and the most of a number, packet by packet.
@@ -198,20 +211,7 @@ fn around<L: Lane, const N: usize>(which: Packets, [least, most]: [[L; N]; 2]) -
         ends[0] = which.select(least[half], ends[0]).min(ends[0]);
         ends[1] = which.select(most[half], ends[1]).max(ends[1]);
     }
-    ends_of(ends)
-}
-
-/// The least of the first lanes and the most of the second.
-#[inline(always)]
-fn ends_of<L: Lane>([least, most]: [L; 2]) -> [L::Scalar; 2] {
-    [fold(least, |a, b| if b < a { b } else { a }), fold(most, |a, b| if b > a { b } else { a })]
-}
-
-#[inline(always)]
-fn fold<L: Lane>(x: L, f: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
-    let lanes = x.to_array();
-    let four = [f(lanes[0], lanes[4]), f(lanes[1], lanes[5]), f(lanes[2], lanes[6]), f(lanes[3], lanes[7])];
-    f(f(four[0], four[2]), f(four[1], four[3]))
+    [lowest(ends[0]), highest(ends[1])]
 }
 
 /// Bounds of several rays of one octant, by axis: least and most.

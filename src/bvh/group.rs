@@ -5,7 +5,7 @@
 //! them meet; only in between are packets tested one by one. Where few rays of a single packet are left they go on
 //! singly; where packets are wide beside the boxes, as a stream.
 
-use super::bounds::{Bounds, Interval};
+use super::bounds::{Bounds, Interval, columns};
 use super::eights::{HALVES, Packets, bytes_in_use, each_packet, eight_of};
 use super::packet::{Crossing, Frame, Packet, Units};
 use super::single::walk_single;
@@ -95,8 +95,8 @@ pub(super) fn walk_group<B: Scalar, M: Many<Eight = B::Lane>, const N: usize, co
     }
 }
 
-/// So many packets of a group are looked at again all together: it takes as long as six one by one.
-const MANY: u32 = 6;
+/// So many packets of a group are looked at again all at once, fewer one by one. (From 4 or 9 on rays are within 1 % as fast.)
+const AT_ONCE: u32 = 6;
 
 /// How far a group's packets look.
 struct Fars<M: Many> {
@@ -123,19 +123,13 @@ impl<M: Many> Fars<M> {
         packets: &[Packet<B>],
         frame: Frame,
     ) {
-        if which.count_ones() < MANY {
+        if which.count_ones() < AT_ONCE {
             for k in each_packet(which) {
                 self.by_packet = self.by_packet.with(k, highest(packets[k].far_in(frame)));
             }
         } else {
-            // (Packets that are not there are the last.)
-            let last = packets.len().saturating_sub(1);
             self.by_packet = M::of(|half| {
-                let mut rows = [B::Lane::zero(); LANES];
-                for (k, row) in rows.iter_mut().enumerate() {
-                    *row = packets[(LANES * half + k).min(last)].far_in(frame);
-                }
-                let highest = folded(B::Lane::transpose(rows), B::Lane::max);
+                let highest = folded(columns(packets, half, |_, packet| packet.far_in(frame)), B::Lane::max);
                 Mask::from_bits(eight_of(self.group, half)).select(highest, B::Lane::lit(-1.0))
             });
         }

@@ -126,19 +126,37 @@ pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
     Mask::<f32x8>::from_bits(bits).select(yes, no).to_array().map(f32::to_bits)
 }
 
-/// `f` over eight, by halves.
+/// `of_two` over eight, by pairs.
 #[inline(always)]
-pub fn folded<T>([a, b, c, d, e, f, g, h]: [T; LANES], over: impl Fn(T, T) -> T) -> T {
-    over(over(over(a, b), over(c, d)), over(over(e, f), over(g, h)))
+pub fn folded<T>([a, b, c, d, e, f, g, h]: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
+    of_two(of_two(of_two(a, b), of_two(c, d)), of_two(of_two(e, f), of_two(g, h)))
 }
 
 /// The highest number of the lanes, none of which is NaN.
 #[inline(always)]
 pub fn highest<L: Lane>(x: L) -> L::Scalar {
-    let max = |a: L::Scalar, b: L::Scalar| if b > a { b } else { a };
+    over_lanes(x, Quad::max, |a, b| if b > a { b } else { a })
+}
+
+/// The lowest number of the lanes, none of which is NaN.
+#[inline(always)]
+pub fn lowest<L: Lane>(x: L) -> L::Scalar {
+    over_lanes(x, Quad::min, |a, b| if b < a { b } else { a })
+}
+
+/// One number of eight: by halves, and then by two.
+#[inline(always)]
+fn over_lanes<L: Lane, Q: Quad<Scalar = L::Scalar>>(
+    x: L,
+    of_halves: impl Fn(Q, Q) -> Q,
+    of_two: impl Fn(L::Scalar, L::Scalar) -> L::Scalar,
+) -> L::Scalar
+where
+    L::Scalar: Scalar<Quad = Q>,
+{
     let [a, b] = x.halves();
-    let four = Quad::max(a, b).to_array();
-    max(max(four[0], four[2]), max(four[1], four[3]))
+    let four = of_halves(a, b).to_array();
+    of_two(of_two(four[0], four[2]), of_two(four[1], four[3]))
 }
 
 /// The number in one lane: `f32` or `f64`.

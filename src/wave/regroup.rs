@@ -6,7 +6,7 @@
 //! an axis has as many bits as makes cells about cubes).
 
 use crate::bvh::Traversal;
-use crate::lane::{LANES, Lane, Mask, Vec3, f32x8, first_and_last, highest};
+use crate::lane::{LANES, Lane, Mask, Vec3, f32x8, first_and_last, highest, lowest};
 
 /// Packets that are put in order at a time.
 pub const WINDOW: usize = 256;
@@ -122,7 +122,7 @@ impl Starts {
             }
             count += 1.0;
         }
-        let low = low.map(|x| -highest(-x));
+        let low = low.map(lowest);
         let size = [0, 1, 2].map(|axis| highest(high[axis]) - low[axis]);
         Self { low, size, apart: apart / count }
     }

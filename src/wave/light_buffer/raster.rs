@@ -126,8 +126,8 @@ pub fn fill<S: Scalar, B: Scalar>(
         );
         order.sort_unstable();
         for &number in &*order {
-            let (name, outline) = &seen.outlines[number as u32 as usize];
-            let (name, caster) = (*name, &all[*name as usize]);
+            let &(name, ref outline) = &seen.outlines[number as u32 as usize];
+            let caster = &all[name as usize];
             let places = outline.cells(&face);
             let first = drawn.draw(name, (caster, outline.near), &light, places);
             if caster.blocks {
