@@ -263,10 +263,7 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
         let child = node.child[c];
-        match child.only_run() {
-            Some(run) if fetches => visit.prefetch(&run),
-            _ => bvh.prefetch(child),
-        }
+        bvh.prefetch(child, fetches, |run| visit.prefetch(run));
         let (near, far) = sides.of_child::<B, M>(node, c);
         let (mut enter, mut leave) = (M::constant(0.0), fars);
         let (mut sure_in, mut sure_out) = (M::constant(0.0), M::constant(f64::INFINITY));

@@ -43,6 +43,8 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
     let mut far = packet.far.lanes()[lane];
     let mut child = start;
     let mut top = 0;
+    // Of rays that any hit ends the first child is next: its rows come no sooner, and to ask for them costs a branch.
+    let fetches = !V::ANY && visit.prefetches();
     'walk: loop {
         if child.is_leaf() {
             bvh.for_each_run(child, |run| {
@@ -73,8 +75,9 @@ pub(super) fn walk_single<B: Scalar, V: Visit<B>>(
                     continue;
                 }
                 let (near, t_in) = (t_in, t_in.to_array());
-                // (Not for leaves' rows: a branch would cost more than they would gain.)
-                let prefetch = |c: usize| bvh.prefetch(node.child[c]);
+                // (Leaves' rows, too: nine rows of rounds by turns had diffuse rays on meshes at 0.99 to 1.12 times the speed, at the
+                // middle 1.07, on a Zen 3 with half a megabyte of second-level cache; on a Zen 5 with twice that it made no difference.)
+                let prefetch = |c: usize| bvh.prefetch(node.child[c], fetches, |run| visit.prefetch(run));
                 prefetch(c);
                 let entry = |c: usize| Entry { near: t_in[c], child: node.child[c], who: 1 };
                 if V::ANY {

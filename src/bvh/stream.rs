@@ -33,6 +33,7 @@ pub(super) fn walk_stream<B: Scalar>(
     waiting[0] = Entry { near: B::default(), child: start, who };
     let mut top = 1;
     let mut rays = StreamRays::of(packets, which);
+    let fetches = visit.prefetches();
     while top > 0 {
         top -= 1;
         // (Some of the rays do not look as far any more. To find them here would take longer than to test them in vain.)
@@ -61,7 +62,7 @@ pub(super) fn walk_stream<B: Scalar>(
                 << c
         });
         for c in bits(met) {
-            bvh.prefetch(node.child[c]);
+            bvh.prefetch(node.child[c], fetches, |run| visit.prefetch(run));
             let entry = Entry { near: nearest.lanes()[c], child: node.child[c], who: met_by[c] };
             waiting[top + farther_than(nearest, met, c)] = entry;
         }
