@@ -2,9 +2,10 @@
 //! put together by eight (`collapse`) and written (`emit`).
 
 use super::Bvh;
-use super::binary::{Binary, Extent};
+use super::binary::Binary;
 use super::collapse::plan;
 use super::emit::{Outline, emit};
+use super::extent::Extent;
 use super::items::{Items, Tag};
 use super::reinsert::bettered;
 use crate::lane::Scalar;

@@ -2,7 +2,8 @@
 //! surface-area heuristic, found from the bottom up (Ylitie, Karras, Laine 2017, Efficient incoherent ray traversal on
 //! GPUs through compressed wide BVHs, section 3.1).
 
-use super::binary::{Binary, Extent};
+use super::binary::Binary;
+use super::extent::Extent;
 use super::items::Tag;
 use crate::lane::{LANES, Lane, QUAD, f32x8};
 use crate::parallel;

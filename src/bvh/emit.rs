@@ -1,7 +1,8 @@
 //! The finished tree of eight children a node, written from the tree of two and the plan of which of its nodes stay.
 
-use super::binary::{Binary, Extent};
+use super::binary::Binary;
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
+use super::extent::Extent;
 use super::filling::Filling;
 use super::items::Tag;
 use super::{Bvh, Child, Node, Run};

@@ -2,7 +2,7 @@
 //! scaled by a power of two: a scene scaled by one gives the same tree, and none is too large or too small.
 
 use super::Bvh;
-use super::binary::Extent;
+use super::extent::Extent;
 use crate::kernel::Aabb;
 use crate::lane::Scalar;
 use crate::parallel;

@@ -8,6 +8,7 @@ mod build;
 mod collapse;
 mod eights;
 mod emit;
+mod extent;
 mod filling;
 mod group;
 mod items;

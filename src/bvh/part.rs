@@ -4,7 +4,7 @@
 //!
 //! Each way says where the second child's items begin and what lies around either's.
 
-use super::binary::{Around, Extent};
+use super::extent::{Around, Extent};
 use super::items::Tag;
 use wide::f32x4;
 

@@ -3,7 +3,8 @@
 //! at a time, each sought from its own place up and down again (Meister, Bittner 2018, Parallel reinsertion for bounding
 //! volume hierarchy optimization).
 
-use super::binary::{Binary, Extent};
+use super::binary::Binary;
+use super::extent::Extent;
 use rayon::prelude::*;
 
 /// In a round the largest of so many nodes are looked at: the rest hardly count. (Of a quarter, a tenth, a twentieth the
