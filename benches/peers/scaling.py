@@ -10,7 +10,6 @@ seconds of processor time, rays in millions a second. Embree's is the better of 
 """
 
 import argparse
-import csv
 import json
 import math
 import os
@@ -20,6 +19,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import geometry
+import rays
 
 
 def run(command):
@@ -34,80 +34,45 @@ def run(command):
 
 
 def view_of(name):
-    """Options of the camera that looks at a geometry."""
-    eye = ["--eye", "0,5,13", "--look", "0,-1,0"] if name.endswith(".mesh") else ["--eye", "0,0.6,3.4"]
-    return [*eye, "--light", "5,9,7"]
+    """A geometry and the camera that looks at it, as those of `views.json`."""
+    eye, look = ([0, 5, 13], [0, -1, 0]) if name.endswith(".mesh") else ([0, 0.6, 3.4], [0, 0, 0])
+    return {"file": name, "eye": eye, "look": look, "fov": 45, "light": [5, 9, 7], "size": 512}
 
 
-COLUMNS = ["build_cpu_s", "build_s", "build_s_two", "peak_mb", "bytes", "sah", "camera", "shadow", "mirror", "diffuse"]
+COLUMNS = ["build_cpu_s", "build_s", "build_s_two", "peak_mb", "bytes", "sah", *rays.SETS]
 
 
 def measure(args, name):
     """A row of the columns."""
     kind = "--mesh" if name.endswith(".mesh") else "--spheres"
-    command = [args.octray, "rays", kind, args.folder / name, *view_of(name), "-p", "fast"]
-    sets, peak = run([*command, "--size", "512", "--repeat", "3"])
+    view = view_of(name)
+    command = [args.octray, "rays", kind, args.folder / name, *rays.options(view, ["eye", "look", "fov", "light"]), "-p", "fast"]
+    sets, peak = run([*command, *rays.options(view, ["size"]), "--repeat", "3"])
     [two], _ = run([*command, "--size", "8", "--sets", "camera", "--threads", "2"])
     one = sets[0]
     return one["primitives"], [one["build_cpu_s"], one["build_s"], two["build_s"], peak, one["bytes"], one["sah"],
                                *(line["mrays_cpu_s"] for line in sets)]
 
 
-class Beside:
-    """octray and Embree on the same rays, if that is asked for."""
-
-    COLUMNS = ["build_cpu_s", "camera", "shadow", "mirror", "diffuse"]
-
-    def __init__(self, args):
-        self.args, self.rows = args, []
-        head = ["geometry", "primitives", "engine", "build s", *self.COLUMNS[1:], "bytes / primitive"]
-        self.table = [head, ["---"] * len(head)]
-
-    def begin(self, name):
-        """Makes the rays of a geometry."""
-        if self.args.embree:
-            self.name, self.measured = name, []
-            self.shape = ["--mesh" if name.endswith(".mesh") else "--spheres", self.args.folder / name]
-            prefix = self.args.folder / name
-            run([self.args.octray, "rays", *self.shape, *view_of(name), "--size", "512", "-p", "strict", "--dump", prefix])
-            self.files = [Path(f"{prefix}.{one}.rays") for one in self.COLUMNS[1:]]
-
-    def measure(self, n, number):
-        """Traces them by one engine and the other, beginning with either in turn."""
-        if not self.args.embree:
-            return
-        given = [word for file in self.files for word in ("--rays", file)]
-        row = {}
-        for engine in ["octray", "Embree"][:: 1 if number % 2 else -1]:
+def beside(args, name, n):
+    """octray and Embree on the same rays: rows of figures, round by round, and lines of the table."""
+    peers, kind = rays.Geometry(args, name, view_of(name)), name.split("-")[0]
+    figures = {"octray": [], "Embree": []}
+    for number in range(args.rounds):
+        # Either begins in turn.
+        for engine in list(figures)[:: 1 if number % 2 else -1]:
             if engine == "octray":
-                sets, _ = run([self.args.octray, "rays", *self.shape, "-p", "fast", "--repeat", "3", *given])
+                sets = peers.by_octray("fast", repeat=3)
             else:
-                # Two lines for each set: with the flag for coherent rays, and with that for others.
-                pairs, _ = run([self.args.embree, *self.shape, "--repeat", "3", *self.files])
-                sets = [max(pair, key=lambda line: line["mrays_cpu_s"]) for pair in zip(pairs[::2], pairs[1::2])]
-            row[engine] = [sets[0]["build_cpu_s"], *(line["mrays_cpu_s"] for line in sets), sets[0]["bytes"] / n]
-            self.rows.append([self.name.split("-")[0], n, number, engine, *row[engine]])
-        self.measured.append(row)
-        self.n = n
-
-    def end(self):
-        """Removes the rays and writes what is known."""
-        if not self.args.embree:
-            return
-        for file in self.files:
-            file.unlink()
-        middle = {
-            engine: [statistics.median(values) for values in zip(*(row[engine] for row in self.measured))]
-            for engine in ["octray", "Embree"]
-        }
-        times = [statistics.median(row["octray"][k] / row["Embree"][k] for row in self.measured) for k in range(6)]
-        kind = self.name.split("-")[0]
-        for engine, values in [*middle.items(), ("octray / Embree", times)]:
-            self.table.append([kind, self.n, engine, *(f"{value:.3g}" for value in values)])
-        text = "".join("| " + " | ".join(map(str, row)) + " |\n" for row in self.table)
-        (self.args.out / "beside.md").write_text(text)
-        with open(self.args.out / "beside.csv", "w", newline="") as file:
-            csv.writer(file).writerows([["geometry", "primitives", "round", "engine", *self.COLUMNS, "bytes_each"], *self.rows])
+                sets = [max(flags, key=lambda line: line["mrays_cpu_s"]) for flags in peers.by_embree(repeat=3)]
+            figures[engine].append([sets[0]["build_cpu_s"], *(line["mrays_cpu_s"] for line in sets), sets[0]["bytes"] / n])
+    for file in peers.files:
+        Path(file).unlink()
+    rows = [[kind, n, number, engine, *row] for engine, of in figures.items() for number, row in enumerate(of)]
+    ratios = [[a / b for a, b in zip(*pair)] for pair in zip(figures["octray"], figures["Embree"])]
+    lines = [[kind, n, engine, *(f"{statistics.median(column):.3g}" for column in zip(*of))]
+             for engine, of in [*figures.items(), ("octray / Embree", ratios)]]
+    return rows, lines
 
 
 def exponent(points):
@@ -128,20 +93,23 @@ def main():
     args.folder.mkdir(parents=True, exist_ok=True)
     args.out.mkdir(parents=True, exist_ok=True)
     head = ["geometry", "primitives", "build s", "Mprims/s", "wall of one, two threads", "peak MB", "bytes / primitive", "SAH", "camera", "shadow", "mirror", "diffuse"]
-    table, rows, middles = [head, ["---"] * len(head)], [], {}
+    table, rows, middles = [], [], {}
     # By a process of its own: what starts another counts into its peak.
     with ProcessPoolExecutor(1) as maker:
         made = maker.submit(geometry.scaling, args.folder, args.most).result()
-    peers = Beside(args)
+    both, both_table = [], []
     for name, _ in made:
         measured = []
-        peers.begin(name)
         for number in range(args.rounds):
             n, row = measure(args, name)
             measured.append(row)
             rows.append([name.split("-")[0], n, number, *row])
-            peers.measure(n, number)
-        peers.end()
+        if args.embree:
+            found, lines = beside(args, name, n)
+            both += found
+            both_table += lines
+            rays.write_csv(args.out / "beside.csv", ["geometry", "primitives", "round", "engine", "build_cpu_s", *rays.SETS, "bytes_each"], both)
+            rays.write_table(args.out / "beside.md", ["geometry", "primitives", "engine", "build s", *rays.SETS, "bytes / primitive"], both_table)
         middle = dict(zip(COLUMNS, (statistics.median(values) for values in zip(*measured))))
         middles.setdefault(name.split("-")[0], []).append((n, middle))
         table.append([
@@ -150,15 +118,16 @@ def main():
             f"{middle['sah']:.1f}", *(f"{middle[one]:.2f}" for one in COLUMNS[-4:]),
         ])
         (args.folder / name).unlink()
-        text = "".join("| " + " | ".join(map(str, row)) + " |\n" for row in table)
+        rays.write_table(args.out / "scaling.md", head, table)
+        text = ""
         for kind, points in middles.items():
             points = [(n, middle) for n, middle in points if n > 5000]
             if len(points) > 1:
                 of = lambda column: exponent([(n, middle[column]) for n, middle in points])
                 text += f"\n{kind}: build n^{of('build_cpu_s'):.2f}; a ray's time, " + ", ".join(f"{one} n^{-of(one):.2f}" for one in COLUMNS[-4:]) + "\n"
-        (args.out / "scaling.md").write_text(text)
-        with open(args.out / "scaling.csv", "w", newline="") as file:
-            csv.writer(file).writerows([["geometry", "primitives", "round", *COLUMNS], *rows])
+        with open(args.out / "scaling.md", "a") as file:
+            file.write(text)
+        rays.write_csv(args.out / "scaling.csv", ["geometry", "primitives", "round", *COLUMNS], rows)
         print(table[-1], flush=True)
 
 
