@@ -324,21 +324,15 @@ fn trace_group<S: Scalar, B: Scalar>(
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
         RayQuery::Any => find_any(scene, tracer, queries),
     }
-    let lanes = t.chunks_mut(LANES).zip(surface.chunks_mut(LANES));
-    for (k, (query, (t, surface))) in queries.iter().zip(lanes).enumerate() {
+    let ((t, last_t), (surface, last_surface)) = (t.as_chunks_mut(), surface.as_chunks_mut());
+    if let Some(query) = queries.get(t.len()) {
+        last_t.copy_from_slice(&query.t.lanes()[..last_t.len()]);
+        last_surface.copy_from_slice(&query.surface[..last_surface.len()]);
+    }
+    for (k, (query, (t, surface))) in queries.iter().zip(t.iter_mut().zip(surface)).enumerate() {
         if k < half {
             stream.prefetch(first / LANES + k + group + half);
         }
-        copy_first(query.t.lanes(), t);
-        copy_first(&query.surface, surface);
-    }
-}
-
-/// As many as there is room for. (Eight are copied at once; a number that is not known is left to a call.)
-#[inline(always)]
-fn copy_first<T: Copy>(from: &[T; LANES], to: &mut [T]) {
-    match <&mut [T; LANES]>::try_from(&mut *to) {
-        Ok(to) => *to = *from,
-        Err(_) => to.copy_from_slice(&from[..to.len()]),
+        (*t, *surface) = (*query.t.lanes(), query.surface);
     }
 }
