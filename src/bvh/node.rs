@@ -157,19 +157,13 @@ impl<B: Scalar> Node<B> {
 }
 
 impl<B: Scalar> Bvh<B> {
-    /// Asks the memory for the node that a child is; for leaves the first node, which is always there: which children are
-    /// leaves would have to be guessed.
-    #[inline(always)]
-    fn prefetch_node(&self, child: Child) {
-        self.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch();
-    }
-
-    /// Asks the memory for what a child is: a node, or, if these are `worth` it, a leaf's rows, by `rows`.
+    /// Asks the memory for what a child is: a node, or, if these are `worth` it, a leaf's rows, by `rows`. For other leaves it asks for
+    /// the first node, which is always there: which children are leaves would have to be guessed.
     #[inline(always)]
     pub fn prefetch(&self, child: Child, worth: bool, rows: impl FnOnce(&Run)) {
         match child.only_run() {
             Some(run) if worth => rows(&run),
-            _ => self.prefetch_node(child),
+            _ => self.nodes[if child.is_leaf() { 0 } else { child.index() }].prefetch(),
         }
     }
 

@@ -324,6 +324,7 @@ fn trace_group<S: Scalar, B: Scalar>(
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
         RayQuery::Any => find_any(scene, tracer, queries),
     }
+    // (Whole packets by themselves: to copy a number of hits that is not known is a call.)
     let ((t, last_t), (surface, last_surface)) = (t.as_chunks_mut(), surface.as_chunks_mut());
     if let Some(query) = queries.get(t.len()) {
         last_t.copy_from_slice(&query.t.lanes()[..last_t.len()]);
