@@ -92,7 +92,7 @@ def main():
     args = parse.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     args.out.mkdir(parents=True, exist_ok=True)
-    head = ["geometry", "primitives", "build s", "Mprims/s", "wall of one, two threads", "peak MB", "bytes / primitive", "SAH", "camera", "shadow", "mirror", "diffuse"]
+    head = ["geometry", "primitives", "build s", "Mprims/s", "wall of one, two threads", "peak MB", "bytes / primitive", "SAH", *rays.SETS]
     table, rows, middles = [], [], {}
     # By a process of its own: what starts another counts into its peak.
     with ProcessPoolExecutor(1) as maker:
@@ -115,7 +115,7 @@ def main():
         table.append([
             name.split("-")[0], n, f"{middle['build_cpu_s']:.3f}", f"{n * 1e-6 / middle['build_cpu_s']:.2f}",
             f"{middle['build_s']:.3f}, {middle['build_s_two']:.3f}", f"{middle['peak_mb']:.0f}", f"{middle['bytes'] / n:.0f}",
-            f"{middle['sah']:.1f}", *(f"{middle[one]:.2f}" for one in COLUMNS[-4:]),
+            f"{middle['sah']:.1f}", *(f"{middle[one]:.2f}" for one in rays.SETS),
         ])
         (args.folder / name).unlink()
         rays.write_table(args.out / "scaling.md", head, table)
@@ -124,7 +124,7 @@ def main():
             points = [(n, middle) for n, middle in points if n > 5000]
             if len(points) > 1:
                 of = lambda column: exponent([(n, middle[column]) for n, middle in points])
-                text += f"\n{kind}: build n^{of('build_cpu_s'):.2f}; a ray's time, " + ", ".join(f"{one} n^{-of(one):.2f}" for one in COLUMNS[-4:]) + "\n"
+                text += f"\n{kind}: build n^{of('build_cpu_s'):.2f}; a ray's time, " + ", ".join(f"{one} n^{-of(one):.2f}" for one in rays.SETS) + "\n"
         with open(args.out / "scaling.md", "a") as file:
             file.write(text)
         rays.write_csv(args.out / "scaling.csv", ["geometry", "primitives", "round", *COLUMNS], rows)
