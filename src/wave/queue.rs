@@ -207,6 +207,8 @@ pub struct Queue<P> {
     /// The one that grows.
     last: Batch<P>,
     size: usize,
+    /// So many packets a batch makes room for at first.
+    room: usize,
     /// Empty ones.
     spare: Vec<Batch<P>>,
     /// One for each octant, filled ray by ray.
@@ -218,14 +220,15 @@ pub struct Queue<P> {
 }
 
 impl<P: Packet> Queue<P> {
-    /// An empty one, of batches of `size` packets (at least 1), or few more; with `mixed` packets may be of several octants (see
-    /// [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
-    pub fn new(size: usize, mixed: bool) -> Self {
+    /// An empty one, of batches of `size` packets (at least 1), or few more, each of which makes room for `room` packets at first;
+    /// with `mixed` packets may be of several octants (see [`Traversal::wants_octants`](crate::bvh::Traversal::wants_octants)).
+    pub fn new(size: usize, room: usize, mixed: bool) -> Self {
         Self {
             ready: 0,
             full: Vec::new(),
             last: Batch::default(),
             size,
+            room,
             spare: Vec::new(),
             open: vec![P::default(); OCTANTS],
             mixed,
@@ -239,6 +242,8 @@ impl<P: Packet> Queue<P> {
     pub fn next(&mut self) -> &mut P {
         let Batch { packets, octants, .. } = &mut self.last;
         if packets.len() == octants.len() {
+            // A list that doubles again and again leaves lists of all lengths behind it: memory that the system had to clear first.
+            packets.reserve_exact(if packets.is_empty() { self.room } else { 0 });
             packets.push(P::default());
         }
         &mut packets[octants.len()]
@@ -380,14 +385,14 @@ mod tests {
 
     #[test]
     fn nearly_full_packets_of_one_octant_stay_whole() {
-        let mut queue = Queue::new(8, false);
+        let mut queue = Queue::new(8, 8, false);
         push(&mut queue, packet(0b1111_0111, |_| 1.0));
         assert_eq!(sinks(&queue), [[0, 1, 2, 4, 5, 6, 7]]);
     }
 
     #[test]
     fn mixed_rays_are_sorted_by_octant() {
-        let mut queue = Queue::new(8, false);
+        let mut queue = Queue::new(8, 8, false);
         let alternating = packet(0xff, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
         push(&mut queue, alternating);
         assert_eq!(queue.len(), 0);
@@ -408,7 +413,7 @@ mod tests {
 
     #[test]
     fn batches_come_whole_and_every_ray_once() {
-        let mut queue = Queue::new(4, false);
+        let mut queue = Queue::new(4, 4, false);
         let mut sent = 0;
         for k in 0..40u8 {
             // Some whole, others of two octants, of which both may get full at once.
@@ -435,7 +440,7 @@ mod tests {
 
     #[test]
     fn what_is_open_waits_for_the_flush() {
-        let mut queue = Queue::new(8, false);
+        let mut queue = Queue::new(8, 8, false);
         push(&mut queue, packet(0b0000_0110, |_| 1.0));
         assert_eq!(queue.len(), 0);
         queue.flush();

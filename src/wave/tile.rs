@@ -17,7 +17,7 @@ use crate::bvh::{Occupancy, Traversal};
 use crate::compile::class;
 use crate::csg::Scratch;
 use crate::film::{PacketCounts, Pixel, RayCounts};
-use crate::lane::{Lane, Scalar, Vec3, f32x8};
+use crate::lane::{LANES, Lane, Scalar, Vec3, f32x8};
 
 /// Packets that are traced and shaded together. A tile's camera rays are one batch; what they spawn is worked off from
 /// the end in batches of this size, so that waiting rays stay few however deep the recursion goes.
@@ -65,17 +65,21 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             tracer.count();
         }
         let mixed = !traversal.wants_octants(&shared.scene.geometry.bvh);
-        let carriers = || Queue::new(BATCH, mixed);
+        // A packet that is taken apart may fill eight.
+        let carriers = |size| Queue::new(size, BATCH + LANES, mixed);
         let shadow_batch = SHADOWS_WAITING / shared.lights.len().max(1);
+        let shadow_batch = shadow_batch.clamp(LEAST_SHADOW_BATCH, SHADOW_BATCH);
+        // What waits until there are enough, and about what a batch of rays adds to it.
+        let feelers = || Queue::new(usize::MAX, shadow_batch + shadow_batch.min(BATCH), mixed);
         Self {
             tracer,
             shadows: ShadowTracer::new(traversal),
             batch: Batch::default(),
-            camera: Queue::new(usize::MAX, mixed),
-            reflected: carriers(),
-            refracted: [carriers(), carriers()],
-            shadow_queues: shared.lights.iter().map(|_| Queue::new(usize::MAX, mixed)).collect(),
-            shadow_batch: shadow_batch.clamp(LEAST_SHADOW_BATCH, SHADOW_BATCH),
+            camera: carriers(usize::MAX),
+            reflected: carriers(BATCH),
+            refracted: [carriers(BATCH), carriers(BATCH)],
+            shadow_queues: shared.lights.iter().map(|_| feelers()).collect(),
+            shadow_batch,
             hits: HitList::default(),
             queries: Vec::new(),
             sums: Sums::default(),
