@@ -3,7 +3,7 @@
 //! It knows boxes in single precision and what a test of their contents costs; not what the contents are.
 
 use super::extent::{Around, Extent};
-use super::part::{FEW, binned, exhausted, swept};
+use super::part::{FEW, binned, by_size, exhausted, swept};
 use crate::parallel;
 
 /// A tree of two children a node over reordered items, one in each leaf.
@@ -24,7 +24,7 @@ impl Binary {
         // (Zeros, so that the pages come to the thread that writes to them first.)
         let mut nodes = bytemuck::zeroed_vec(2 * items.len() - 1);
         let around = parallel::fold(items.len(), Around::NOTHING, |k| Around::of(items[k]), Around::with);
-        split::<BINS, HALF>(&mut items, &mut nodes, 0, around);
+        split::<BINS, HALF>(&mut items, &mut nodes, 0, (around, true));
         Self { nodes, items }
     }
 
@@ -41,14 +41,16 @@ pub(super) fn second(nodes: &[Extent], at: usize) -> usize {
     at + 2 * nodes[at + 1].tags().1 as usize
 }
 
-/// `around` the items need know of the middles only where there are more than [`FEW`].
+/// `around` the items need know of the middles only where there are more than [`FEW`]. At the `top`, that is where all items are
+/// together but for larger ones or smaller ones, they may be parted by size. (Farther down it hardly ever is better.)
 fn split<const BINS: usize, const HALF: usize>(
     items: &mut [Extent],
     nodes: &mut [Extent],
     first: u32,
-    around: Around,
+    (around, top): (Around, bool),
 ) {
     nodes[0] = around.bounds.tagged(first, items.len() as u32);
+    let mut sized = None;
     let (at, sides) = match items.len() {
         1 => return,
         2 => {
@@ -60,15 +62,24 @@ fn split<const BINS: usize, const HALF: usize>(
         3 => exhausted::<3>(items),
         4 => exhausted::<4>(items),
         few if few <= FEW => swept(items),
-        few if few <= HALF_BINS_TO => binned::<HALF>(items, &around.centers),
-        _ => binned::<BINS>(items, &around.centers),
+        many => {
+            if top {
+                sized = by_size::<BINS>(items, &around);
+            }
+            match sized {
+                Some(sides) => sides,
+                None if many <= HALF_BINS_TO => binned::<HALF>(items, &around.centers),
+                None => binned::<BINS>(items, &around.centers),
+            }
+        }
     };
+    let top = sized.is_some();
     let parallel = items.len() > parallel::PIECE;
     let (left, right) = items.split_at_mut(at);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * at - 1);
     let second = first + at as u32;
-    let mut left = || split::<BINS, HALF>(left, left_nodes, first, sides[0]);
-    let mut right = || split::<BINS, HALF>(right, right_nodes, second, sides[1]);
+    let mut left = || split::<BINS, HALF>(left, left_nodes, first, (sides[0], top));
+    let mut right = || split::<BINS, HALF>(right, right_nodes, second, (sides[1], top));
     if parallel {
         rayon::join(left, right);
     } else {

@@ -93,6 +93,8 @@ fn every_item_is_in_one_leaf_and_in_all_boxes_above() {
         item_of(index, DVec3::splat(x), DVec3::splat(x) + 2f64.powi(-24) * f64::from(index % 3))
     };
     check("a rounding apart", &(0..500).map(close).collect::<Vec<_>>());
+    let ground = |index| item_of(index, DVec3::new(-1e3, -0.1, -9e2), DVec3::new(1e3, 0.0, 8e2));
+    check("on a wide ground", &heap(300).into_iter().chain((300..303).map(ground)).collect::<Vec<_>>());
     let scaled = |by: f64| {
         let item = |item: Item| item_of(item.index, item.bounds.min * by, item.bounds.max * by);
         heap(300).into_iter().map(item).collect::<Vec<_>>()
