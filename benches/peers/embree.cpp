@@ -1,13 +1,13 @@
 // The peer of `octray rays`: Embree 3 on the same geometry and the same rays, eight at a time.
 //
 //   g++ -std=c++17 -O3 -march=native embree.cpp -o embree -lembree3
-//   ./embree (--mesh FILE.mesh | --spheres FILE.sph) [--robust] [--repeat N] [--answers SUFFIX] SET.rays...
+//   ./embree (--mesh FILE.mesh | --spheres FILE.sph) [--robust] [--high] [--repeat N] [--answers SUFFIX] SET.rays...
 //
 // Files are those of `octray rays --help`. Each set is traced with the coherent and with the incoherent flag, one after
 // the other in every repetition, by one thread; a line of JSON per set and flag has the median, in processor time.
 // Rays are loaded from columns and hits written to columns, as in octray. `differs` counts rays whose answer is not
-// the one stored in the file. `--robust` asks for edges without cracks and boxes that lose no hit, `--answers SUFFIX` writes
-// SET.raysSUFFIX: the same rays with the answers given here.
+// the one stored in the file. `--robust` asks for edges without cracks and boxes that lose no hit, `--high` for the tree of high
+// quality (triangles split among boxes), `--answers SUFFIX` writes SET.raysSUFFIX: the same rays with the answers given here.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -77,7 +77,7 @@ Set read_set(const std::string& path) {
     return set;
 }
 
-RTCScene build(RTCDevice device, const std::string& path, bool spheres, bool robust, double* seconds, uint32_t* primitives) {
+RTCScene build(RTCDevice device, const std::string& path, bool spheres, bool robust, bool high, double* seconds, uint32_t* primitives) {
     const auto bytes = bytes_of(path);
     const uint32_t n = count_at(bytes, 8), m = count_at(bytes, 12);
     RTCGeometry geometry;
@@ -94,6 +94,7 @@ RTCScene build(RTCDevice device, const std::string& path, bool spheres, bool rob
     const double begin = cpu_seconds();
     RTCScene scene = rtcNewScene(device);
     if (robust) rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    if (high) rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -172,7 +173,7 @@ size_t differing(const Set& set, const std::vector<float>& t, const std::vector<
 
 int main(int argc, char** argv) {
     std::string geometry;
-    bool spheres = false, robust = false;
+    bool spheres = false, robust = false, high = false;
     int repeat = 1;
     std::string suffix;
     std::vector<std::string> sets;
@@ -180,6 +181,7 @@ int main(int argc, char** argv) {
         const std::string word = argv[k];
         if ((word == "--mesh" || word == "--spheres") && k + 1 < argc) spheres = word == "--spheres", geometry = argv[++k];
         else if (word == "--robust") robust = true;
+        else if (word == "--high") high = true;
         else if (word == "--answers" && k + 1 < argc) suffix = argv[++k];
         else if (word == "--repeat" && k + 1 < argc) repeat = std::max(1, std::atoi(argv[++k]));
         else sets.push_back(word);
@@ -193,7 +195,7 @@ int main(int argc, char** argv) {
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, &held);
     double build_s = 0;
     uint32_t primitives = 0;
-    RTCScene scene = build(device, geometry, spheres, robust, &build_s, &primitives);
+    RTCScene scene = build(device, geometry, spheres, robust, high, &build_s, &primitives);
     for (const auto& path : sets) {
         const Set set = read_set(path);
         std::vector<float> t(set.column[0].size());

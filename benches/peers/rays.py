@@ -1,4 +1,4 @@
-"""octray beside Embree on the same rays: `python rays.py OCTRAY EMBREE FOLDER OUT [--rounds N] [--repeat N] [--only a,b]`.
+"""octray beside Embree on the same rays: `python rays.py OCTRAY EMBREE FOLDER OUT [--rounds N] [--repeat N] [--only a,b] [--best]`.
 
 FOLDER holds what `geometry.py` has written; ray sets are made there by octray in double precision (`strict`). Rounds are
 interleaved, one process of each engine after the other, each round beginning with another and every second backward; in a process each set is traced
@@ -8,6 +8,9 @@ of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
 
 How many answers differ (hit against miss, or a distance by over 1e-5 of it) is counted twice: from those in double precision, and
 those of `fast` from Embree's with and without the robust flag.
+
+`--best` gives each engine the best tree that it builds (octray's `--build best`, Embree's RTC_BUILD_QUALITY_HIGH) in place of the one
+that it builds unless told otherwise.
 
 Writes OUT/rays.csv (rates and builds), OUT/answers.csv, and as tables OUT/rays.md, OUT/builds.md and OUT/answers.md.
 """
@@ -50,6 +53,9 @@ class Geometry:
         shape = ["--mesh" if view["file"].endswith(".mesh") else "--spheres", args.folder / view["file"]]
         self.octray, self.embree = [args.octray, "rays", *shape], [args.embree, *shape]
         prefix = args.folder / name
+        if args.best:
+            self.octray += ["--build", "best"]
+            self.embree.append("--high")
         camera = options(view, ["eye", "look", "fov", "light", "size"])
         lines([*self.octray, *camera, "-p", "strict", "--dump", prefix])
         self.files = [f"{prefix}.{one}.rays" for one in SETS]
@@ -139,6 +145,7 @@ def main():
     parse.add_argument("--rounds", type=int, default=7)
     parse.add_argument("--repeat", type=int, default=3)
     parse.add_argument("--only", default="")
+    parse.add_argument("--best", action="store_true")
     args = parse.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     rows, table, built, differing = [], [], [], []
