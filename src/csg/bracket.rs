@@ -25,6 +25,13 @@ const ALONG_AXIS: f64 = 1e-15;
 /// along, and infinity times nothing does not come up.
 const STEEPEST: f64 = (1u64 << 60) as f64;
 
+/// What the square of a place's distance from a cone's axis, less that of the radius there, may be off by, in own space: by the
+/// equation's numbers some 60 roundings, by its roots 80.
+const CONE_EQUATION: f64 = 256.0 * f32::UNIT_ROUNDOFF;
+
+/// A ray whose share across a cone's side is less (squared) is taken to run by so much across: what single precision can tell.
+const ALONG_SIDE: f64 = f32::UNIT_ROUNDOFF;
+
 /// In place of the inverse of nothing: larger than any square that matters, and finite when multiplied with one.
 const ENDLESS: f64 = 1e30;
 
@@ -53,6 +60,8 @@ pub enum Body {
     OrientedBox(Map, [[f32; 3]; 2]),
     /// Squares of the radius, and how far it goes beyond its ends.
     Cylinder(Map, [f32; 2], [f32; 2]),
+    /// What the radius falls by to the other end, the radius, and how far it goes beyond its ends.
+    Cone(Map, f32, [f32; 2], [f32; 2]),
     /// Normal and distance from the middle.
     HalfSpace([f32; 3], [f32; 2]),
     /// Not known in single precision: its crossings must be asked for.
@@ -191,6 +200,17 @@ impl Body {
             }
             Solid::Cylinder(space) => growth(space.center, scale(space), 1.0)
                 .map(|by| Self::Cylinder(Map::new(space, middle), squares(1.0, by), [by as f32, -by as f32])),
+            Solid::Cone { space, taper } => {
+                let (scale, tip) = (scale(space), 1.0 - taper);
+                growth(space.center, scale, 1.0).and_then(|by| {
+                    // What the equation is off by moves the side most at the narrow end.
+                    let side = by + CONE_EQUATION / (2.0 * tip);
+                    (side * LEAST_SIZE <= tip).then(|| {
+                        let radii = [1.0 + side, 1.0 - side].map(|r| r as f32);
+                        Self::Cone(Map::new(space, middle), *taper as f32, radii, [by as f32, -by as f32])
+                    })
+                })
+            }
             Solid::HalfSpace { normal, foot } => {
                 let at = normal.dot(*foot - middle);
                 let by = GROWTH * (at.abs() + size);
@@ -238,6 +258,9 @@ impl Body {
             }
             Self::Cylinder(map, squares, ends) => {
                 bracket.put(cylinder(&map.rays(rays), squares, ends), go_on)
+            }
+            Self::Cone(map, taper, radii, ends) => {
+                bracket.put(cone(&map.rays(rays), *taper, radii, ends), go_on)
             }
             Self::HalfSpace(normal, ats) => {
                 let (normal, zero, inf) =
@@ -292,20 +315,66 @@ fn cylinder(own: &Rays<f32x8>, squares: &[f32; 2], ends: &[f32; 2]) -> impl Fn(u
     let middle = slanted.keep(-o.x.fused(d.x, o.y * d.y) * inv);
     let (x, y) = (d.x.fused(middle, o.x), d.y.fused(middle, o.y));
     let square = x.fused(x, y * y);
-    let climb = f32x8::lit(1.0) / d.z;
+    let between = between_ends(o.z, d.z, ends);
     move |k| {
         let half = ((f32x8::splat(squares[k]) - square) * inv).sqrt();
+        between(k, [middle - half, middle + half])
+    }
+}
+
+/// Within a cone, in its own space.
+///
+/// Its equation is that of the point nearest to the cone's middle, so that all numbers that matter are about 1, and its roots are taken
+/// so that each is that of an equation whose numbers are off by some roundings of their own size, whatever cancels (Press and others
+/// 1992, Numerical Recipes in C, section 5.6): that moves the side by no more than it is grown by. Beyond the apex, where the
+/// radius is negative, nothing lies between the ends.
+#[inline(always)]
+fn cone(own: &Rays<f32x8>, taper: f32, radii: &[f32; 2], ends: &[f32; 2]) -> impl Fn(usize) -> [f32x8; 2] {
+    let Rays { origin, dir: d } = *own;
+    let (taper, zero, one) = (f32x8::splat(taper), f32x8::zero(), f32x8::lit(1.0));
+    let from_middle = Vec3::new(origin.x, origin.y, origin.z - f32x8::lit(0.5));
+    let square = d.fused_dot(d);
+    let shift = -from_middle.fused_dot(d) / square;
+    let o = d.fused(shift, origin);
+    let fall = taper * d.z;
+    let across = (-fall).fused(fall, d.x.fused(d.x, d.y * d.y));
+    let least_across = square * f32x8::lit(ALONG_SIDE);
+    let a = across.abs().lt(least_across).select(least_across, across);
+    // A ray that is steeper than the side runs into the cone and on, or comes and runs out of it.
+    let (steep, widens, inv) = (a.lt(zero), fall.lt(zero), one / a);
+    let (turn, reach) = (o.x.fused(d.x, o.y * d.y), o.x.fused(o.x, o.y * o.y));
+    let between = between_ends(o.z, d.z, ends);
+    move |k| {
+        let radius = f32x8::splat(radii[k]) - taper * o.z;
+        let (b, c) = (radius.fused(fall, turn), (-radius).fused(radius, reach));
+        let discriminant = b.fused(b, -(a * c));
+        // Steep rays cross it in any case, which rounding must not deny.
+        let root = steep.select(discriminant.max(zero), discriminant).sqrt();
+        let q = -(b + root.copysign(b));
+        let (r1, r2) = (c / q, q * inv);
+        let (first, last, inf) = (least(r1, r2), most(r1, r2), f32x8::lit(f64::INFINITY));
+        let enter = steep.select(widens.select(last, -inf), first);
+        let leave = steep.select(widens.select(inf, first), last);
+        between(k, [enter, leave]).map(|t| t + shift)
+    }
+}
+
+/// What of a stretch lies between the ends of a cylinder or cone, which go beyond 0 and 1 by `ends`.
+#[inline(always)]
+fn between_ends(z: f32x8, dz: f32x8, ends: &[f32; 2]) -> impl Fn(usize, [f32x8; 2]) -> [f32x8; 2] {
+    let climb = f32x8::lit(1.0) / dz;
+    move |k, [enter, leave]| {
         let end = f32x8::splat(ends[k]);
-        let (low, high) = ((-end - o.z) * climb, (f32x8::lit(1.0) + end - o.z) * climb);
+        let (low, high) = ((-end - z) * climb, (f32x8::lit(1.0) + end - z) * climb);
         // NaN of a ray that misses the side comes last, and stays.
-        [most(least(low, high), middle - half), least(most(low, high), middle + half)]
+        [most(least(low, high), enter), least(most(low, high), leave)]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Block, Boxes, Cylinders, Ellipsoids, OrientedBoxes, Planes, Spheres};
+    use crate::kernel::{Block, Boxes, ClosedCones, Cylinders, Ellipsoids, OrientedBoxes, Planes, Spheres};
     use crate::lane::LANES;
     use crate::random::Random;
     use crate::scene::Transform;
@@ -394,6 +463,20 @@ mod tests {
         });
         check::<Cylinders<f64>>(|block, n, place| {
             block.push(place, (n.vector(1.0) * 0.3, 0.4), (DVec3::Y * 0.8 + n.vector(1.0) * 0.3, 0.4));
+        });
+        check::<ClosedCones<f64>>(|block, n, place| {
+            let (wide, narrow) = (n.between(0.3, 0.6), n.between(0.05, 0.25));
+            let ends = (n.vector(1.0) * 0.3, DVec3::Y * 0.8 + n.vector(1.0) * 0.3);
+            block.push(place, (ends.0, wide), (ends.1, narrow));
+        });
+        // One ray in eight runs along the side, as far as rounding lets it.
+        check::<ClosedCones<f64>>(|block, n, place| {
+            let (height, wide, narrow) = (0.8, n.between(0.3, 0.6), n.between(0.05, 0.25));
+            let lean = (wide - narrow) / height;
+            let outward = DVec3::X * (1.0 - lean * lean).sqrt() - DVec3::Y * lean;
+            let base = n.vector(1.0) * 0.3;
+            let cap = base + DVec3::Y * height + outward * (wide - narrow);
+            block.push(place, (base, wide), (cap, narrow));
         });
         check::<Planes<f64>>(|block, n, place| {
             block.push(place, n.vector(1.0).normalize(), 0.2 * n.between(-1.0, 1.0))

@@ -51,7 +51,7 @@ impl Capsule {
             Solid::OrientedBox(space, half) => {
                 Self::of_box(space.center, space.map.inverse() * DMat3::from_diagonal(*half))
             }
-            Solid::Cylinder(space) => {
+            Solid::Cylinder(space) | Solid::Cone { space, .. } => {
                 let to_world = space.map.inverse();
                 let (x, y, half) = (to_world.x_axis, to_world.y_axis, to_world.z_axis * 0.5);
                 // The longest radius of the ellipse across: the greatest singular value.
@@ -169,6 +169,7 @@ mod tests {
             1 => Solid::Box { min: center - half, max: center + half },
             2 => Solid::OrientedBox(space, half),
             3 => Solid::Cylinder(space),
+            4 => Solid::Cone { space, taper: 0.5 },
             _ => Solid::Other,
         };
         let inside = move |p: DVec3| {
@@ -178,10 +179,11 @@ mod tests {
                 1 => (p - center).abs().cmple(half).all(),
                 2 => own.abs().cmple(half).all(),
                 3 => own.truncate().length() <= 1.0 && (0.0..=1.0).contains(&own.z),
+                4 => own.truncate().length() <= 1.0 - 0.5 * own.z && (0.0..=1.0).contains(&own.z),
                 _ => p.distance(center) <= 0.3,
             }
         };
-        let reach = if kind > 3 { 0.3 } else { 9.0 };
+        let reach = if kind > 4 { 0.3 } else { 9.0 };
         (solid, Aabb { min: center - reach, max: center + reach }, inside)
     }
 

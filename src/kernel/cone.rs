@@ -286,10 +286,11 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Block<S> for Cones<S, TAP
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {
+        let space = self.frames.own_space(i);
         match (OPEN, TAPERED) {
             (true, _) => None,
-            (false, false) => Some(Solid::Cylinder(self.frames.own_space(i))),
-            (false, true) => Some(Solid::Other),
+            (false, false) => Some(Solid::Cylinder(space)),
+            (false, true) => Some(Solid::Cone { space, taper: self.taper[i].to_f64() }),
         }
     }
 

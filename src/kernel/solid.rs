@@ -34,6 +34,13 @@ pub enum Solid {
     OrientedBox(OwnSpace, DVec3),
     /// In its own space of radius 1 about the z axis, from 0 to 1.
     Cylinder(OwnSpace),
+    /// The same with a radius that falls by `taper` (over 0, at most 1) from the one end to the other.
+    Cone {
+        /// Its space.
+        space: OwnSpace,
+        /// What of the radius the other end lacks.
+        taper: f64,
+    },
     /// What lies behind a plane.
     HalfSpace {
         /// Outward, of length 1.
