@@ -3,7 +3,7 @@
 //! The one place that ties the engines: it chooses, times, and converts from the scene's working space. It knows
 //! neither text nor files.
 
-pub use crate::compile::{Instancing, kept_shapes};
+pub use crate::compile::{Instancing, Preset, kept_shapes};
 pub use crate::film::RayCounts;
 use crate::film::{Film, Picture, Pixel};
 pub use crate::precision::Precision;
@@ -47,6 +47,8 @@ pub struct RenderOptions {
     pub precision: Precision,
     /// Who traces.
     pub engine: Engine,
+    /// How much time the packet engine's tree may take.
+    pub build: Preset,
     /// Counts how many of eight lanes work in the packet engine's tests; takes some more time.
     pub occupancy: bool,
     /// How the packet engine cuts up its work.
@@ -64,6 +66,7 @@ impl Default for RenderOptions {
             threads: 0,
             precision: Precision::default(),
             engine: Engine::default(),
+            build: Preset::default(),
             occupancy: false,
             schedule: Schedule::default(),
             instancing: Instancing::default(),
@@ -200,7 +203,7 @@ fn trace(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStat
 /// The packet engine.
 fn trace_packets(scene: &Scene, options: &RenderOptions, done: OnTile<'_>) -> RenderStats {
     let begin = Instant::now();
-    let prepared = Prepared::new(scene, options.precision, Default::default(), options.instancing);
+    let prepared = Prepared::new(scene, options.precision, options.build, options.instancing);
     let build_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let size = (options.width, options.height);

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use octray::compile::{Compiled, Primitives};
 use octray::film::{Film, Pixel};
-use octray::render::{Engine, Precision, RenderOptions, Schedule, Traversal, render};
+use octray::render::{Engine, Precision, Preset, RenderOptions, Schedule, Traversal, render};
 use octray::scene::{Camera, Interior, LightKind, Object, Projection, Scene, Shape, Transform};
 use octray::{eval, reference, wave};
 use std::path::{Path, PathBuf};
@@ -197,26 +197,29 @@ plane { y, -1 pigment { bozo color_map { [0 rgb <.9, .8, .7>] [1 rgb <.2, .3, .4
 
 /// A tile is what it is whatever its thread has done before, and a ray what it is whatever goes beside it.
 #[test]
-fn neither_threads_nor_walks_change_a_byte() {
+fn neither_threads_nor_walks_nor_trees_change_a_byte() {
     let read = eval::from_text("glass", GLASS, &eval::Options::default());
     assert!(!read.has_errors(), "{:?}", read.diagnostics);
     let features = feature_scenes().into_iter().map(|path| (name(&path), load(&path), (WIDTH, HEIGHT)));
     for (name, scene, (width, height)) in features.chain([("glass".into(), read.scene, (160, 120))]) {
         for precision in [Precision::Fast, Precision::Exact, Precision::Strict] {
-            let rendered = |threads: usize, traversal: Traversal| {
+            let rendered = |threads: usize, traversal: Traversal, build: Preset| {
                 let schedule = Schedule { tile: 8, traversal, ..Schedule::default() };
-                let options =
-                    RenderOptions { width, height, threads, precision, schedule, ..RenderOptions::default() };
+                let size = RenderOptions { width, height, ..RenderOptions::default() };
+                let options = RenderOptions { threads, precision, build, schedule, ..size };
                 render(&scene, &options, &|_| {}).unwrap().0
             };
-            let one = rendered(1, Traversal::Auto);
-            for (threads, traversal) in
-                [(2, Traversal::Auto), (3, Traversal::Auto), (2, Traversal::Single), (2, Traversal::Packet)]
-            {
-                let more = rendered(threads, traversal);
+            let one = rendered(1, Traversal::Auto, Preset::Balanced);
+            for (threads, traversal, build) in [
+                (2, Traversal::Auto, Preset::Best),
+                (3, Traversal::Auto, Preset::Balanced),
+                (2, Traversal::Single, Preset::Fast),
+                (2, Traversal::Packet, Preset::Balanced),
+            ] {
+                let more = rendered(threads, traversal, build);
                 assert!(
                     bytes(&one) == bytes(&more),
-                    "{name}: {threads} threads, {traversal:?}, {precision:?}: {} pixels, worst {:.1e}",
+                    "{name}: {threads} threads, {traversal:?}, {build:?}, {precision:?}: {} pixels, worst {:.1e}",
                     differing(&one, &more, 0.0),
                     worst(&one, &more)
                 );

@@ -3,12 +3,12 @@
 use super::Failure;
 use super::number::{median, number};
 use super::overwrite::{Named, refuse_overwrites};
-use super::render::{PrecisionArg, TraversalArg, threads};
+use super::render::{BuildArg, PrecisionArg, TraversalArg, threads};
 use super::scene::{SceneArgs, load};
 use super::streams::{line_to_stderr, line_to_stdout};
 use clap::ValueEnum;
 use glam::DVec3;
-use octray::bvh::{Occupancy, Preset};
+use octray::bvh::Occupancy;
 use octray::file_io::{LONGEST_DATA, check_writable, read_file, replace_file};
 use octray::ray_io::{Geometry, read_geometry, read_rays, write_hits, write_rays};
 use octray::ray_set::{NO_PRIMITIVE, RayHits, RaySet};
@@ -117,17 +117,6 @@ impl SetArg {
     }
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum BuildArg {
-    /// For previews of large scenes
-    Fast,
-    /// As pictures do
-    #[default]
-    Balanced,
-    /// The best tree that can be had
-    Best,
-}
-
 /// A line of the report; times in seconds.
 #[derive(Debug, Serialize)]
 struct Line {
@@ -158,13 +147,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     args.check_written()?;
     let (scene, primitives) = args.geometry()?;
-    let preset = match args.build {
-        BuildArg::Fast => Preset::Fast,
-        BuildArg::Balanced => Preset::Balanced,
-        BuildArg::Best => Preset::Best,
-    };
     let traversal = args.traversal.into();
-    let bench = Workbench::new(&scene, args.precision.into(), preset, args.threads)
+    let bench = Workbench::new(&scene, args.precision.into(), args.build.into(), args.threads)
         .map_err(|error| Failure::Machine(format!("cannot start the threads: {error}")))?;
     let mut last = None;
     for (name, rays, known) in args.ray_sets(&scene, &bench)? {

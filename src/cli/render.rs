@@ -12,8 +12,8 @@ use octray::file_io;
 use octray::film::Pixel;
 use octray::image_io::{self, Developer, Encoding, Format};
 use octray::render::{
-    Engine, LightBuffers, Precision, RenderError, RenderOptions, Schedule, Traversal, develop, render,
-    working_space,
+    Engine, LightBuffers, Precision, Preset, RenderError, RenderOptions, Schedule, Traversal, develop,
+    render, working_space,
 };
 use octray::scene::{Gamma, Scene};
 use octray::transfer::Transfer;
@@ -78,6 +78,9 @@ pub struct TracingArgs {
     /// Who traces
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineArg,
+    /// How much time the tree may take. The picture is the same, bit by bit
+    #[arg(long, value_enum, default_value_t)]
+    pub build: BuildArg,
     /// How rays go through the tree. The picture is the same, bit by bit
     #[arg(long, value_enum, default_value_t)]
     pub traversal: TraversalArg,
@@ -104,6 +107,17 @@ pub enum EngineArg {
     Packets,
     /// One ray at a time against every object: slow, and what the packet engine is checked with
     Reference,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum BuildArg {
+    /// As little as possible: for previews of large scenes
+    Fast,
+    /// What pays off within one picture
+    #[default]
+    Balanced,
+    /// What pays off in large pictures, and over many
+    Best,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -138,6 +152,16 @@ enum FormatArg {
     Ppm,
     #[value(alias = "jpeg")]
     Jpg,
+}
+
+impl From<BuildArg> for Preset {
+    fn from(build: BuildArg) -> Self {
+        match build {
+            BuildArg::Fast => Self::Fast,
+            BuildArg::Balanced => Self::Balanced,
+            BuildArg::Best => Self::Best,
+        }
+    }
 }
 
 impl From<TraversalArg> for Traversal {
@@ -177,10 +201,10 @@ impl TracingArgs {
             EngineArg::Packets => Engine::Packets,
             EngineArg::Reference => Engine::Reference,
         };
-        let (precision, traversal, light_buffers) =
-            (self.precision.into(), self.traversal.into(), self.light_buffers.into());
+        let (precision, build) = (self.precision.into(), self.build.into());
+        let (traversal, light_buffers) = (self.traversal.into(), self.light_buffers.into());
         let schedule = Schedule { traversal, light_buffers, ..Schedule::default() };
-        RenderOptions { width, height, precision, engine, schedule, ..RenderOptions::default() }
+        RenderOptions { width, height, precision, engine, build, schedule, ..RenderOptions::default() }
     }
 }
 

@@ -31,7 +31,7 @@ pub use uses::kept_shapes;
 
 pub use crate::kernel::{NO_SURFACE, SurfaceId};
 
-use crate::bvh::Preset;
+pub use crate::bvh::Preset;
 use crate::lane::Scalar;
 use crate::scene::{Camera, Color, Globals, Interior, Light, Scene};
 use crate::texture::TextureTable;
