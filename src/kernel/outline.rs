@@ -8,6 +8,8 @@
 //! A line passes an edge on the side that the sign of their side product says (Plücker's permuted inner product; Shoemake
 //! 1998, Plücker coordinate tutorial, Ray Tracing News 11(1)), through the triangle if it is the same for all three. Seen
 //! along the ray, the product is the edge's length times its distance from the ray.
+//!
+//! Lines have no moments about a place that all of them go through, a camera or a light: that is half of the arithmetic.
 
 use super::{Four, Rays, cross_four, dot_four, in_four, less_four};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest};
@@ -18,8 +20,12 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Center<S> {
     at: [S; 3],
-    /// How far from there rays start, at most: 0 if they all start there.
+    /// How far from there rays start, at most.
     reach: f32,
+    /// How far from there lines pass, at most, if all are taken to go through it: 0 if rays start there.
+    gap: f32,
+    /// Some lines pass farther off.
+    parted: bool,
 }
 
 /// Eight lines about a [`Center`].
@@ -40,7 +46,7 @@ pub struct Outlines {
     edge: [[[f32; QUAD]; 3]; 3],
     /// Side products beyond this on either side of 0 tell.
     limit: [f32; QUAD],
-    /// Some rays start elsewhere than at the center.
+    /// Some lines do not go through the center.
     parted: bool,
 }
 
@@ -56,6 +62,14 @@ pub struct Outlines {
 /// The rest is for terms of second order and the limit's own rounding.
 const MARGIN: f32 = 28.0 * (f32::EPSILON / 2.0);
 
+/// Lines that pass the center by no more than this share of how far off they start are taken to go through it: rounding starts and
+/// directions moves them so far. What they pass it by is added to the margin.
+const THROUGH: f32 = 8.0 * (f32::EPSILON / 2.0);
+
+/// Square of the sine between two rays that tell where both go. What starts less than a thousandth of the way apart is small beside
+/// the margin at the other end of the way: then it is better seen from the start.
+const LEAST_ANGLE: f64 = 1.0 / (1 << 20) as f64;
+
 /// Edges and distances whose squares leave these bounds are not told: there products may vanish or overflow.
 const SOUND: [f64; 2] = [1e-30, 1e30];
 
@@ -64,10 +78,31 @@ impl<S: Scalar> Center<S> {
     #[inline(always)]
     pub fn at_start(rays: &Rays<S::Lane>) -> Self {
         let v = &rays.origin;
-        Self { at: [v.x.lanes()[0], v.y.lanes()[0], v.z.lanes()[0]], reach: 0.0 }
+        Self { at: [v.x, v.y, v.z].map(|x| x.lanes()[0]), ..Self::default() }
     }
 
-    /// The lines about it of rays, one packet after the other; its reach then takes in those of the lanes given.
+    /// Where the lines of two rays, each the given lane of a packet, are nearest to each other: a light that shadow rays go to. None if
+    /// they go nearly the same way.
+    #[inline(always)]
+    pub fn where_meet(rays: [(&Rays<S::Lane>, usize); 2]) -> Option<Self> {
+        let [(o, d), (p, e)] = rays.map(|(rays, lane)| {
+            let of = |v: &Vec3<S::Lane>| [v.x, v.y, v.z].map(|x| x.lanes()[lane].to_f64());
+            (DVec3::from_array(of(&rays.origin)), DVec3::from_array(of(&rays.dir)))
+        });
+        let across = d.cross(e);
+        let square = across.length_squared();
+        let at = o + d * ((p - o).cross(e).dot(across) / square);
+        let at = at.to_array().map(S::from_f64);
+        (square > LEAST_ANGLE).then_some(Self { at, ..Self::default() })
+    }
+
+    /// True if all lines that it has taken in go through it.
+    #[inline(always)]
+    pub fn is_common(&self) -> bool {
+        !self.parted
+    }
+
+    /// The lines about it of rays, one packet after the other; it then takes in those of the lanes given.
     #[inline(always)]
     pub fn each_lines<'a>(
         &mut self,
@@ -75,15 +110,19 @@ impl<S: Scalar> Center<S> {
         mut with: impl FnMut(PluckerLines),
     ) {
         let at = DVec3::from_array(self.at.map(S::to_f64));
-        let mut squares = f32x8::zero();
+        let (mut starts, mut gaps) = (f32x8::zero(), f32x8::zero());
         for (rays, lanes) in packets {
             let from: Vec3<f32x8> = (rays.origin - Vec3::splat(at)).cast();
             let dir: Vec3<f32x8> = rays.dir.cast();
-            squares = Mask::from_bits(lanes).keep(from.dot(from)).max(squares);
-            let moment = from.cross(dir);
+            let (moment, lanes) = (from.cross(dir), Mask::from_bits(lanes));
+            starts = lanes.keep(from.dot(from)).max(starts);
+            gaps = lanes.keep(moment.dot(moment)).max(gaps);
             with(PluckerLines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] });
         }
-        self.reach = highest(squares).sqrt();
+        let gap = highest(gaps).sqrt();
+        self.reach = highest(starts).sqrt();
+        self.parted = gap > THROUGH * self.reach;
+        self.gap = if self.parted { 0.0 } else { gap };
     }
 }
 
@@ -116,6 +155,15 @@ impl Passing {
     const ROW_BITS: usize = 16;
     /// A bit in each row.
     const EACH_ROW: u64 = u64::MAX / u16::MAX as u64;
+
+    /// All rays through some rows.
+    #[inline(always)]
+    pub fn through_all(rows: &Range<usize>) -> Self {
+        let below = |row: usize| {
+            u64::MAX.checked_shr((u64::BITS as usize - Self::ROW_BITS * row) as u32).unwrap_or(0)
+        };
+        Self(below(rows.end) & !below(rows.start)).of(!0)
+    }
 
     /// True if no ray passes through any.
     #[inline(always)]
@@ -150,6 +198,12 @@ impl Passing {
         Self(all & !before)
     }
 
+    /// What is in `other`, too.
+    #[inline(always)]
+    fn both(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
     /// Without what is in `other`.
     #[inline(always)]
     pub fn without(self, other: Self) -> Self {
@@ -180,7 +234,7 @@ impl Outlines {
         let longest = Quad::max(Quad::max(dot_four(ab, ab), dot_four(bc, bc)), dot_four(ca, ca));
         let away = dot_four(a, a);
         let (e, reach) = (longest.sqrt(), f32x4::splat(center.reach));
-        let limit = f32x4::splat(MARGIN) * e * (away.sqrt() + e + reach);
+        let limit = e * (f32x4::splat(MARGIN) * (away.sqrt() + e + reach) + f32x4::splat(center.gap));
         let sound = Quad::gt(longest, Quad::lit(SOUND[0]))
             & Quad::le(away + longest + reach * reach, Quad::lit(SOUND[1]));
         let limit = sound.choose(limit, Quad::lit(f64::INFINITY));
@@ -188,41 +242,58 @@ impl Outlines {
             normal: [in_rows(cross_four(a, ab)), in_rows(cross_four(b, bc)), in_rows(cross_four(c, ca))],
             edge: [in_rows(ab), in_rows(bc), in_rows(ca)],
             limit: limit.to_array(),
-            parted: center.reach != 0.0,
+            parted: center.parted,
         }
     }
 
-    /// By packet, which lines surely pass through triangles `rows` of the four, and of which it is not sure whether they do.
+    /// By packet, which lines surely pass through triangles `rows` of the four, and of which it is not sure whether they do. `all` is
+    /// [`Passing::through_all`] of these.
     #[inline(always)]
-    pub fn meet(&self, rows: Range<usize>, lines: &LinePairs) -> [[Passing; 2]; 2] {
-        let (mut through, mut unsure) = (0u64, 0u64);
-        for row in rows {
-            let told = self.meet_one(row, lines);
-            through |= u64::from(told[0]) << (Passing::ROW_BITS * row);
-            unsure |= u64::from(told[1]) << (Passing::ROW_BITS * row);
-        }
-        [0, LANES].map(|shift| [through, unsure].map(|both| Passing(both >> shift).of(!0)))
-    }
-
-    /// The same of one triangle, a bit for each of sixteen lines.
-    #[inline(always)]
-    fn meet_one(&self, row: usize, lines: &LinePairs) -> [u16; 2] {
-        let (k, zero) = (row % QUAD, f32x16::splat(0.0));
-        let (mut a, mut b, mut c) = (zero, zero, zero);
+    pub fn meet(&self, rows: &Range<usize>, all: Passing, lines: &LinePairs) -> [[Passing; 2]; 2] {
         if self.parted {
-            a = product(&self.edge[0], k, &lines.moment, zero);
-            b = product(&self.edge[1], k, &lines.moment, zero);
-            c = product(&self.edge[2], k, &lines.moment, zero);
+            self.meet_each::<true>(rows, all, lines)
+        } else {
+            self.meet_each::<false>(rows, all, lines)
         }
-        a = product(&self.normal[0], k, &lines.dir, a);
-        b = product(&self.normal[1], k, &lines.dir, b);
-        c = product(&self.normal[2], k, &lines.dir, c);
+    }
+
+    #[inline(always)]
+    fn meet_each<const PARTED: bool>(
+        &self,
+        rows: &Range<usize>,
+        all: Passing,
+        lines: &LinePairs,
+    ) -> [[Passing; 2]; 2] {
+        let (mut told, mut astride) = (0u64, 0u64);
+        for row in rows.clone() {
+            let of_row = self.meet_one::<PARTED>(row, lines);
+            told |= u64::from(of_row[0]) << (Passing::ROW_BITS * row);
+            astride |= u64::from(of_row[1]) << (Passing::ROW_BITS * row);
+        }
+        [0, LANES].map(|shift| {
+            let [told, astride] = [told, astride].map(|both| Passing(both >> shift));
+            [all.both(told).without(astride), all.without(told)]
+        })
+    }
+
+    /// Of one triangle, a bit for each of sixteen lines: whether it is told; and if so, whether the line passes edges on either side.
+    #[inline(always)]
+    fn meet_one<const PARTED: bool>(&self, row: usize, lines: &LinePairs) -> [u16; 2] {
+        let k = row % QUAD;
+        let side = |edge: usize| {
+            let moments = if PARTED {
+                product(&self.edge[edge], k, &lines.moment, f32x16::splat(0.0))
+            } else {
+                f32x16::splat(0.0)
+            };
+            product(&self.normal[edge], k, &lines.dir, moments)
+        };
+        let (a, b, c) = (side(0), side(1), side(2));
         // A NaN is one in all three, and compares with nothing.
         let (least, most) = (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c));
-        let limit = f32x16::splat(self.limit[k]);
-        let through = least.simd_gt(limit) | most.simd_lt(-limit);
-        let by = least.simd_lt(-limit) & most.simd_gt(limit);
-        [through.to_bitmask() as u16, !(through | by).to_bitmask() as u16]
+        // Told are lines that pass no edge within the limit, or on both sides beyond it.
+        let told = least.abs().fast_min(most.abs()).simd_gt(f32x16::splat(self.limit[k]));
+        [told, least ^ most].map(|yes| yes.to_bitmask() as u16)
     }
 }
 
@@ -254,11 +325,19 @@ mod tests {
     use crate::lane::{each_lane, f64x8};
     use crate::random::Random;
 
+    /// Where rays come from, or go to.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Ends {
+        OneStart,
+        Starts,
+        Light,
+    }
+
     /// Rays at and beside triangles near and far, large and tiny, at their insides, edges and corners: how many lanes were told,
     /// and of how many.
-    fn check<L: Lane>(parted: bool) -> (u32, u32) {
+    fn check<L: Lane>(ends: Ends) -> (u32, u32) {
         let mut numbers = Random::new(7);
-        let (mut told, mut of) = (0, 0);
+        let (mut told, mut of, mut common) = (0, 0, 0);
         for round in 0..4000 {
             let size = 10f64.powf(numbers.between(-1.0, 1.0) * 2.0);
             let place = numbers.vector(1.0) * 10.0;
@@ -266,7 +345,6 @@ mod tests {
             let mut triangles = Triangles::<L::Scalar>::default();
             triangles.push(corners);
             let eye = numbers.vector(1.0) * 10.0;
-            let origins = each_lane(|_| if parted { eye + numbers.vector(1.0) } else { eye });
             // One ray in two goes past an edge or a corner within 10^-1 to 10^-17.
             let at = each_lane(|k| {
                 let [u, v] = [numbers.between(-1.0, 1.0), numbers.between(-1.0, 1.0)];
@@ -274,13 +352,28 @@ mod tests {
                 let [u, v] = [[u, v], [near, v], [near, 1.0 - near], [u, 1.0 - u + near]][round % 4];
                 corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v
             });
-            let dir = Vec3::<L>::from_fn(|k| (at[k] - origins[k]).normalize());
-            let rays = Rays { origin: Vec3::from_fn(|k| origins[k]), dir };
-            let mut center = Center::<L::Scalar>::at_start(&rays);
+            let (origins, dirs) = match ends {
+                // From beyond the triangle to the light.
+                Ends::Light => {
+                    let origins = at.map(|at| at + (at - eye) * numbers.between(0.1, 1.0));
+                    (origins, each_lane(|k| (eye - origins[k]).normalize()))
+                }
+                _ => {
+                    let apart = if ends == Ends::Starts { 1.0 } else { 0.0 };
+                    let origins = each_lane(|_| eye + numbers.vector(1.0) * apart);
+                    (origins, each_lane(|k| (at[k] - origins[k]).normalize()))
+                }
+            };
+            let rays = Rays { origin: Vec3::<L>::from_fn(|k| origins[k]), dir: Vec3::from_fn(|k| dirs[k]) };
+            let met = Center::where_meet([(&rays, 0), (&rays, LANES - 1)]).filter(|_| ends == Ends::Light);
+            let mut center = met.unwrap_or_else(|| Center::<L::Scalar>::at_start(&rays));
             let mut lines = PluckerLines::default();
             center.each_lines([(&rays, !0)].into_iter(), |of_rays| lines = of_rays);
+            common += u32::from(center.is_common());
             let pair = LinePairs::of([&PluckerLines::default(), &lines]);
-            let [_, [through, unsure]] = triangles.outlines(0, &center).meet(0..1, &pair);
+            let rows = 0..1;
+            let outlines = triangles.outlines(0, &center);
+            let [_, [through, unsure]] = outlines.meet(&rows, Passing::through_all(&rows), &pair);
             let t = triangles.roots(0, &rays, None)[0];
             let from = L::lit(f64::NEG_INFINITY);
             let known = triangles.first_through(0, through, &rays, from).to_array();
@@ -293,6 +386,9 @@ mod tests {
             told += LANES as u32 - unsure.count_ones();
             of += LANES as u32;
         }
+        // (Past a tiny triangle rays to a light go nearly the same way.)
+        let expected = [4000..=4000, 0..=0, 2000..=4000][ends as usize].clone();
+        assert!(expected.contains(&common), "{common} of 4000 have a point in common");
         (told, of)
     }
 
@@ -306,16 +402,20 @@ mod tests {
         assert_eq!(rays(rest), [0, 0b0010, 0, 0b0010]);
         assert_eq!(rays(rest.without(rest.first_rows())), [0, 0, 0, 0b0010]);
         assert_eq!(rays(all.of(0b1001)), [0, 0b0001, 0, 0b1000]);
+        let eights = |passing: Passing| rays(passing).map(|rays| rays == 0xff);
+        assert_eq!(eights(Passing::through_all(&(0..QUAD))), [true; QUAD]);
+        assert_eq!(eights(Passing::through_all(&(1..3))), [false, true, true, false]);
+        assert_eq!(Passing::through_all(&(1..3)).rows().collect::<Vec<_>>(), [1, 2]);
         assert!(all.rows().eq([0, 1, 3]) && all.with(1, 0).rows().eq([0, 3]));
     }
 
     #[test]
     fn what_is_told_is_what_the_test_says() {
-        for (told, of) in
-            [check::<f32x8>(false), check::<f32x8>(true), check::<f64x8>(false), check::<f64x8>(true)]
-        {
-            // Three rays in eight are aimed at an edge or a corner, most of them nearer than single precision sees.
-            assert!(told > of / 2, "{told} of {of}");
+        for ends in [Ends::OneStart, Ends::Starts, Ends::Light] {
+            for (told, of) in [check::<f32x8>(ends), check::<f64x8>(ends)] {
+                // Three rays in eight are aimed at an edge or a corner, most of them nearer than single precision sees.
+                assert!(told > of / 2, "{told} of {of}");
+            }
         }
     }
 }

@@ -47,6 +47,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
         all: &mut [Passing; GROUP],
     ) -> Packets {
         let outlines = block.outlines(four, &self.views.center);
+        let all_rows = Passing::through_all(&rows);
         let (mut some, mut rest) = (0, which);
         while rest != 0 {
             // Two packets side by side; the last, if it is alone, beside itself.
@@ -55,22 +56,35 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
             let other = if more == 0 { k } else { first(more) };
             rest = more & more.wrapping_sub(1);
             let lines = LinePairs::of([k, other].map(|k| &self.views.lines[k]));
-            let told = outlines.meet(rows.clone(), &lines);
-            for (side, (k, [through, unsure])) in [k, other].into_iter().zip(told).enumerate() {
-                let (query, live) = (&self.queries[k], self.packets[k].live());
-                if side == 0 || more != 0 {
-                    self.count.leaf(rows.len() as u32, live.count_ones());
-                }
-                let mut passing = through.of(live);
-                for row in unsure.of(live).rows() {
-                    let through = block.through(four * QUAD + row, &query.rays);
-                    passing = passing.with(row, through & live);
-                }
-                all[k] = passing;
-                some |= Packets::from(!passing.is_empty()) << k;
+            let [one, two] = outlines.meet(&rows, all_rows, &lines);
+            for (k, told) in [(k, one), (other, two)] {
+                all[k] = self.through(block, four, k, told);
+                some |= Packets::from(!all[k].is_empty()) << k;
+            }
+            for k in [k, other].into_iter().take(1 + usize::from(more != 0)) {
+                self.count.leaf(rows.len() as u32, self.packets[k].live().count_ones());
             }
         }
         some
+    }
+
+    /// The live rays of packet `k` that pass through rows of a four: those that are told so, and of those that it is not sure of the
+    /// ones that the rows' own test says so of.
+    #[inline(always)]
+    fn through<K: Block<S>>(
+        &self,
+        block: &K,
+        four: usize,
+        k: usize,
+        [told, unsure]: [Passing; 2],
+    ) -> Passing {
+        let live = self.packets[k].live();
+        let mut passing = told.of(live);
+        for row in unsure.of(live).rows() {
+            let through = block.through(four * QUAD + row, &self.queries[k].rays);
+            passing = passing.with(row, through & live);
+        }
+        passing
     }
 
     /// Takes what rays of packet `k` meet where they pass through rows of a four: true if anything is nearer than what is known.

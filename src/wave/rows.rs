@@ -5,7 +5,7 @@ use super::query::Query;
 use crate::bvh::{Count, GROUP, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose, first_and_last};
 use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
@@ -24,14 +24,31 @@ impl<S: Scalar> Views<S> {
         Self { lines: SmallVec::new(), center: Center::default(), starting: 0 }
     }
 
-    /// Becomes those of the rays of `queries`. (In place: views are large, and most scenes need none.)
+    /// Becomes those of the rays of `queries`. Where all of them go `to_light`, which is tried, that is what they are seen from: their
+    /// lines have it in common. (In place: views are large, and most scenes need none.)
     #[inline(always)]
-    pub fn see(&mut self, queries: &[Query<S::Lane>]) {
-        let Some(first) = queries.first() else { return };
-        self.center = Center::at_start(&first.rays);
+    pub fn see(&mut self, queries: &[Query<S::Lane>], to_light: bool) {
+        let (Some(first), Some(last)) = (queries.first(), queries.last()) else { return };
         for (k, query) in queries.iter().enumerate() {
             self.starting |= Packets::from(query.starts()) << k;
         }
+        if to_light {
+            let ends =
+                [(&first.rays, first_and_last(first.lanes).0), (&last.rays, first_and_last(last.lanes).1)];
+            if let Some(light) = Center::where_meet(ends) {
+                self.see_from(light, queries);
+                if self.center.is_common() {
+                    return;
+                }
+                self.lines.clear();
+            }
+        }
+        self.see_from(Center::at_start(&first.rays), queries);
+    }
+
+    #[inline(always)]
+    fn see_from(&mut self, center: Center<S>, queries: &[Query<S::Lane>]) {
+        self.center = center;
         let rays = queries.iter().map(|query| (&query.rays, query.lanes));
         self.center.each_lines(rays, |lines| self.lines.push(lines));
     }

@@ -111,7 +111,7 @@ impl<B: Scalar> Tracer<B> {
         stretches.resize_with(queries.len(), || None);
         let mut views = Views::none();
         if scene.has_triangles() {
-            views.see(queries);
+            views.see(queries, ANY);
         }
         let mut leaves =
             Leaves::<S, B, C, ANY>::new(scene, (queries, &views), filter, (buffers, stretches), ways);
