@@ -55,22 +55,6 @@ impl Sides {
         Self { near: [x, 1 + y, 2 + z], far: [3 - x, 4 - y, 5 - z] }
     }
 
-    /// The same, looked up.
-    #[inline(always)]
-    pub fn known(octant: u8) -> &'static Self {
-        static OF: [Sides; 8] = [
-            Sides::of(0),
-            Sides::of(1),
-            Sides::of(2),
-            Sides::of(3),
-            Sides::of(4),
-            Sides::of(5),
-            Sides::of(6),
-            Sides::of(7),
-        ];
-        &OF[usize::from(octant & 7)]
-    }
-
     #[inline(always)]
     pub fn near<B: Scalar>(&self, node: &Node<B>, axis: usize) -> B::Lane {
         B::Lane::from_array(node.planes[self.near[axis]])

@@ -10,7 +10,7 @@ use super::eights::{
 };
 use super::packet::Packet;
 use super::single::{LEAST_TOGETHER, walk_single};
-use super::stack::{Entry, Sides, Stacks, farther_than};
+use super::stack::{Entry, Stacks, farther_than};
 use super::visit::Visit;
 use super::{Bvh, Child, Node, Run};
 use crate::lane::{LANES, Lane, Scalar, bits, bits_of_many};
@@ -38,6 +38,14 @@ pub(super) fn walk_stream<B: Scalar>(
         top -= 1;
         // (Some of the rays do not look as far any more. To find them here would take longer than to test them in vain.)
         let Entry { near, child, who } = waiting[top];
+        if child.is_leaf() {
+            bvh.for_each_run(child, |run| {
+                if visit.wants(run.class) {
+                    test(run, (who, near), (packets, &mut rays), visit);
+                }
+            });
+            continue;
+        }
         if count(who) < LEAST_TOGETHER {
             for (number, lane) in each_ray(who) {
                 if packets[number].far.lanes()[lane] >= near {
@@ -45,14 +53,6 @@ pub(super) fn walk_stream<B: Scalar>(
                     rays.look_again(&packets[number], (number, lane));
                 }
             }
-            continue;
-        }
-        if child.is_leaf() {
-            bvh.for_each_run(child, |run| {
-                if visit.wants(run.class) {
-                    test(run, (who, near), (packets, &mut rays), visit);
-                }
-            });
             continue;
         }
         let node = &bvh.nodes[child.index()];
@@ -98,27 +98,23 @@ fn each_ray([mut first, mut second]: GroupRays) -> impl Iterator<Item = (usize, 
 
 /// The rays of a stream as boxes are held against them, each with its numbers side by side.
 struct StreamRays<B: Scalar> {
-    /// By ray: by axis its inverse direction, by axis the offset of its crossings, and the bits of its octant.
+    /// By ray: by axis its inverse direction, by axis the offset of its crossings, and at [`FAR`] how far it looks.
     lines: [B::Lane; GROUP * LANES],
-    /// By packet, how far its rays look.
-    fars: [B::Lane; GROUP],
 }
+
+/// Place among a ray's numbers.
+const FAR: usize = 6;
 
 impl<B: Scalar> StreamRays<B> {
     /// Of the packets `which`.
     #[inline(always)]
     fn of(packets: &[Packet<B>], which: Packets) -> Self {
         let zero = B::Lane::zero();
-        let mut rays = Self { lines: [zero; GROUP * LANES], fars: [zero; GROUP] };
+        let mut rays = Self { lines: [zero; GROUP * LANES] };
         for number in each_packet(which) {
             let &Packet { inverse: [x, y, z], offset: [u, v, w], far, .. } = &packets[number];
-            let signs = [x, y, z].map(|d| d.lt(zero));
-            let octant = signs.into_iter().enumerate().fold(zero, |octant, (axis, negative)| {
-                octant | negative.keep(B::Lane::splat(B::of_bits(1 << axis)))
-            });
-            let lines = B::Lane::transpose([x, y, z, u, v, w, octant, zero]);
+            let lines = B::Lane::transpose([x, y, z, u, v, w, far, zero]);
             rays.lines[LANES * number..][..LANES].copy_from_slice(&lines);
-            rays.fars[number] = far;
         }
         rays
     }
@@ -126,7 +122,7 @@ impl<B: Scalar> StreamRays<B> {
     /// A ray may look less far than it did.
     #[inline(always)]
     fn look_again(&mut self, packet: &Packet<B>, (number, lane): (usize, usize)) {
-        self.fars[number].lanes_mut()[lane] = packet.far.lanes()[lane];
+        self.lines[LANES * number + lane].lanes_mut()[FAR] = packet.far.lanes()[lane];
     }
 }
 
@@ -158,16 +154,16 @@ fn meet<B: Scalar>(
         // A ray's bit in the lanes of the children that it meets. (Of children that are not there, too.)
         let mut met_here = [B::Lane::zero(); 2];
         for ray in bits_of_many::<RAYS>(who) {
-            let (number, lane) = place_of(half, ray);
-            let far = rays.fars[number].lanes()[lane];
             // Numbers are read where they stand: to move eight of them for one costs a stall.
-            let &[x, y, z, u, v, w, octant, _] = rays.lines[RAYS * half + ray].lanes();
-            let sides = Sides::known(octant.as_bits() as u8);
+            let &[x, y, z, u, v, w, far, _] = rays.lines[RAYS * half + ray].lanes();
             let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(far));
             for (axis, (inverse, offset)) in [(x, u), (y, v), (z, w)].into_iter().enumerate() {
                 let (inverse, offset) = (B::Lane::splat(inverse), B::Lane::splat(offset));
-                t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
-                t_out = sides.far(node, axis).fused(inverse, offset).sooner(t_out);
+                // Which comes first is told from the two: to look up which planes do takes a ray six indices.
+                let [a, b] =
+                    [axis, 3 + axis].map(|k| B::Lane::from_array(node.planes[k]).fused(inverse, offset));
+                t_in = Lane::min(a, b).later(t_in);
+                t_out = Lane::max(a, b).sooner(t_out);
             }
             visit.boxes(node.children());
             let met = t_in.le(t_out);
@@ -198,7 +194,9 @@ fn test<B: Scalar>(
     let lone: GroupRays = std::array::from_fn(|half| who[half] & !together[half]);
     if whole != 0 {
         for number in each_packet(visit.packets(run, whole, packets)) {
-            rays.fars[number] = packets[number].far;
+            for lane in 0..LANES {
+                rays.look_again(&packets[number], (number, lane));
+            }
         }
     }
     for (number, lane) in each_ray(lone) {
