@@ -8,7 +8,7 @@ use super::light::LightProgram;
 use super::light_buffer::{Around, Cones, Known, LightBuffer, Places};
 use super::query::Query;
 use super::queue::Lines;
-use crate::compile::Compiled;
+use crate::compile::{Compiled, Geometry};
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Rgb;
 use crate::texture::{Colors, LayerProgram};
@@ -98,11 +98,7 @@ impl<L: Lane> Lamp<L> {
                 }
                 known.keep(asked);
                 if known.doubtful != 0 {
-                    buffer.fetch_lists(&ahead.places, known.doubtful);
-                    let mut lines = Lines::default();
-                    hit.leave(dir, &mut lines);
-                    let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
-                    buffer.ask(&scene.geometry, &mut query, &ahead.places, known);
+                    ask(&scene.geometry, buffer, hit, (dir, distance), &ahead.places, known);
                 }
             }
             Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),
@@ -115,6 +111,23 @@ impl<L: Lane> Lamp<L> {
         (self.front, self.back) = (bright & front, bright & !front);
         bright != 0
     }
+}
+
+/// Holds the ways to a light from hits of which its buffer does not tell against what stands in their places.
+#[inline(never)] // Inlined, it takes the registers of shading.
+fn ask<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    buffer: &LightBuffer,
+    hit: &Hit<S::Lane>,
+    (dir, distance): (Vec3<S::Lane>, S::Lane),
+    places: &Places,
+    known: &mut Known,
+) {
+    buffer.fetch_lists(places, known.doubtful);
+    let mut lines = Lines::default();
+    hit.leave(dir, &mut lines);
+    let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
+    buffer.ask(scene, &mut query, places, known);
 }
 
 /// Asks the cones around a light for the ways to it from `lanes` of eight hits.
