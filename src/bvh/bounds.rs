@@ -1,8 +1,9 @@
 //! What bounds several rays: those of a packet, and a group's, packet by packet.
 
-use super::Bvh;
 use super::eights::{ByPacket, Packets, by_eights, each_packet, eight_of};
 use super::packet::{Crossing, Packet, Units};
+use super::stack::Sides;
+use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Many, Mask, Scalar, first_and_last, folded, highest, lowest};
 
 /// Which rays of a group's packets are alive.
@@ -240,5 +241,60 @@ impl<B: Scalar> Interval<B> {
             (inverse, -(origin * inverse))
         };
         ([0, 1, 2].map(|axis| line(axis, false)), [0, 1, 2].map(|axis| line(axis, true)))
+    }
+}
+
+/// What bounds all live rays of some packets, which may go several ways, as boxes are held against it.
+pub(super) struct Hull<B: Scalar> {
+    sides: Sides,
+    soon: [Crossing<B::Lane>; 3],
+    late: [Crossing<B::Lane>; 3],
+    /// The farthest that a ray looks.
+    far: B,
+}
+
+impl<B: Scalar> Hull<B> {
+    /// Of the packets `live`, at least one, each with a live ray.
+    pub fn of(packets: &[Packet<B>], live: Packets) -> Self {
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| [B::Lane::lit(x); 6]);
+        let mut far = B::Lane::lit(-1.0);
+        for k in each_packet(live) {
+            let Packet { origin: [a, b, c], inverse: [d, e, f], far: looks, .. } = &packets[k];
+            let mut columns = [*a, *b, *c, *d, *e, *f];
+            let alive = looks.ge(B::Lane::zero());
+            if !alive.all() {
+                let first = alive.bits().trailing_zeros() as usize & (LANES - 1);
+                columns = columns.map(|x| alive.select(x, B::Lane::splat(x.lanes()[first])));
+            }
+            for ((least, most), x) in least.iter_mut().zip(&mut most).zip(columns) {
+                (*least, *most) = (least.min(x), most.max(x));
+            }
+            far = far.max(*looks);
+        }
+        let ends = |n: usize| [lowest(least[n]), highest(most[n])];
+        let interval = Interval { origin: [0, 1, 2].map(ends), inverse: [3, 4, 5].map(ends) };
+        let negative = |axis: usize, end: usize| interval.inverse[axis][end] < B::default();
+        let octant = (0..3).fold(0, |octant, axis| octant | u8::from(negative(axis, 1)) << axis);
+        let (mut soon, mut late) = interval.ends(octant);
+        for axis in 0..3 {
+            // Of an axis along which rays go either way nothing is asked.
+            if negative(axis, 0) != negative(axis, 1) {
+                soon[axis] = (B::Lane::zero(), B::Lane::zero());
+                late[axis] = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
+            }
+        }
+        Self { sides: Sides::of(octant), soon, late, far: highest(far) }
+    }
+
+    /// The children of a node that rays may meet. (And any that are not there.)
+    #[inline(always)]
+    pub fn meets(&self, node: &Node<B>) -> u8 {
+        let (mut enter, mut leave) = (B::Lane::zero(), B::Lane::splat(self.far));
+        for axis in 0..3 {
+            let ((soon, soon_offset), (late, late_offset)) = (self.soon[axis], self.late[axis]);
+            enter = self.sides.near(node, axis).fused(soon, soon_offset).later(enter);
+            leave = self.sides.far(node, axis).fused(late, late_offset).sooner(leave);
+        }
+        !enter.beyond(leave)
     }
 }

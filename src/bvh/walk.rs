@@ -38,7 +38,7 @@ impl Traversal {
     }
 
     fn goes_box_by_box<B: Scalar>(self, bvh: &Bvh<B>) -> bool {
-        self == Self::Auto && bvh.is_small()
+        self == Self::Auto && bvh.goes_box_by_box()
     }
 }
 
