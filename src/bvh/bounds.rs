@@ -244,11 +244,37 @@ impl<B: Scalar> Interval<B> {
     }
 }
 
-/// What bounds all live rays of some packets, which may go several ways, as boxes are held against it.
-pub(super) struct Hull<B: Scalar> {
-    sides: Sides,
+/// Bounds of several rays as eight boxes are held against them.
+pub(super) struct Culls<B: Scalar> {
+    pub sides: Sides,
     soon: [Crossing<B::Lane>; 3],
     late: [Crossing<B::Lane>; 3],
+}
+
+impl<B: Scalar> Culls<B> {
+    /// Of rays of one octant.
+    #[inline(always)]
+    pub fn of(interval: &Interval<B>, octant: u8) -> Self {
+        let (soon, late) = interval.ends(octant);
+        Self { sides: Sides::of(octant), soon, late }
+    }
+
+    /// Where a node's children are entered at the soonest, and those that rays may meet that look no farther than `farthest`.
+    #[inline(always)]
+    pub fn meet(&self, node: &Node<B>, farthest: B) -> (B::Lane, u8) {
+        let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
+        for axis in 0..3 {
+            let ((inverse, offset), (late_inverse, late_offset)) = (self.soon[axis], self.late[axis]);
+            t_in = self.sides.near(node, axis).fused(inverse, offset).later(t_in);
+            t_out = self.sides.far(node, axis).fused(late_inverse, late_offset).sooner(t_out);
+        }
+        (t_in, !t_in.beyond(t_out))
+    }
+}
+
+/// What bounds all live rays of some packets, which may go several ways, as boxes are held against it.
+pub(super) struct Hull<B: Scalar> {
+    culls: Culls<B>,
     /// The farthest that a ray looks.
     far: B,
 }
@@ -275,26 +301,20 @@ impl<B: Scalar> Hull<B> {
         let interval = Interval { origin: [0, 1, 2].map(ends), inverse: [3, 4, 5].map(ends) };
         let negative = |axis: usize, end: usize| interval.inverse[axis][end] < B::default();
         let octant = (0..3).fold(0, |octant, axis| octant | u8::from(negative(axis, 1)) << axis);
-        let (mut soon, mut late) = interval.ends(octant);
+        let mut culls = Culls::of(&interval, octant);
         for axis in 0..3 {
             // Of an axis along which rays go either way nothing is asked.
             if negative(axis, 0) != negative(axis, 1) {
-                soon[axis] = (B::Lane::zero(), B::Lane::zero());
-                late[axis] = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
+                culls.soon[axis] = (B::Lane::zero(), B::Lane::zero());
+                culls.late[axis] = (B::Lane::zero(), B::Lane::lit(f64::INFINITY));
             }
         }
-        Self { sides: Sides::of(octant), soon, late, far: highest(far) }
+        Self { culls, far: highest(far) }
     }
 
     /// The children of a node that rays may meet. (And any that are not there.)
     #[inline(always)]
     pub fn meets(&self, node: &Node<B>) -> u8 {
-        let (mut enter, mut leave) = (B::Lane::zero(), B::Lane::splat(self.far));
-        for axis in 0..3 {
-            let ((soon, soon_offset), (late, late_offset)) = (self.soon[axis], self.late[axis]);
-            enter = self.sides.near(node, axis).fused(soon, soon_offset).later(enter);
-            leave = self.sides.far(node, axis).fused(late, late_offset).sooner(leave);
-        }
-        !enter.beyond(leave)
+        self.culls.meet(node, self.far).1
     }
 }

@@ -5,9 +5,9 @@
 //! them meet; only in between are packets tested one by one. Where few rays of a single packet are left they go on
 //! singly; where packets are wide beside the boxes, as a stream.
 
-use super::bounds::{Bounds, Interval, columns};
+use super::bounds::{Bounds, Culls, Interval, columns};
 use super::eights::{HALVES, Packets, bytes_in_use, each_packet, eight_of};
-use super::packet::{Crossing, Frame, Packet, Units};
+use super::packet::{Frame, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Sides, Stacks, farther_than};
 use super::stream::walk_stream;
@@ -46,9 +46,7 @@ pub(super) fn walk_group<B: Scalar, M: Many<Eight = B::Lane>, const N: usize, co
     visit: &mut impl Visit<B>,
 ) {
     let &Group { bvh, frame, octant, bounds, .. } = how;
-    let sides = Sides::of(octant);
-    let (soon, late) = bounds.around(how.packets).ends(octant);
-    let (culls, units) = (Culls { soon, late }, bounds.units::<M>(octant));
+    let (culls, units) = (Culls::of(&bounds.around(how.packets), octant), bounds.units::<M>(octant));
     let mut fars = Fars::<M>::none(how.packets);
     fars.look_again(how.packets, packets, frame);
     stack[0] = Entry { near: B::default(), child: Child::ROOT, who: how.packets };
@@ -81,12 +79,12 @@ pub(super) fn walk_group<B: Scalar, M: Many<Eight = B::Lane>, const N: usize, co
             fars.look_again(who, packets, frame);
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, fars.by_packet, fars.farthest));
+        let looking = (&units, fars.by_packet, fars.farthest);
         let (node, before) = ((bvh, entry.child), top);
-        let met = expand::<B, _, _, LOOSE>(node, who, cull_by, looking, packets, (stack, &mut top), visit);
+        let met = expand::<B, _, _, LOOSE>(node, who, &culls, looking, packets, (stack, &mut top), visit);
         if how.streams
             && met > who.count_ones() * FEW_CHILDREN
-            && are_wide(&bvh.nodes[entry.child.index()], &sides, packets, who, met)
+            && are_wide(&bvh.nodes[entry.child.index()], &culls.sides, packets, who, met)
         {
             top = before;
             walk_stream((bvh, entry.child), packets, who, (&mut stack[top..], waiting), visit);
@@ -191,9 +189,8 @@ pub(super) fn walk_packet<B: Scalar>(
     visit: &mut impl Visit<B>,
 ) {
     let &OnePacket { bvh, number, frame, octant, .. } = how;
-    let sides = Sides::of(octant);
-    let (soon, late) = how.interval.ends(octant);
-    let (culls, units) = (Culls { soon, late }, packets[number].units(frame, octant, how.pad));
+    let culls = Culls::of(&how.interval, octant);
+    let units = packets[number].units(frame, octant, how.pad);
     let mut far = packets[number].far_in(frame);
     let mut farthest = highest(far);
     stack[0] = start;
@@ -226,9 +223,9 @@ pub(super) fn walk_packet<B: Scalar>(
             }
             continue;
         }
-        let (cull_by, looking) = ((&sides, &culls), (&units, far, farthest));
+        let looking = (&units, far, farthest);
         let node = (bvh, entry.child);
-        expand::<B, _, _, false>(node, lanes.into(), cull_by, looking, packets, (stack, &mut top), visit);
+        expand::<B, _, _, false>(node, lanes.into(), &culls, looking, packets, (stack, &mut top), visit);
     }
 }
 
@@ -239,7 +236,7 @@ pub(super) fn walk_packet<B: Scalar>(
 fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     (bvh, child): (&Bvh<B>, Child),
     who: Packets,
-    (sides, culls): (&Sides, &Culls<B>),
+    culls: &Culls<B>,
     (units, fars, farthest): (&Units<M>, M, B),
     packets: &[Packet<B>],
     (stack, top): (&mut [Entry<B>], &mut usize),
@@ -248,13 +245,8 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     let node = &bvh.nodes[child.index()];
     visit.boxes(node.children());
     // All eight children against the bounds of the whole group.
-    let (mut t_in, mut t_out) = (B::Lane::zero(), B::Lane::splat(farthest));
-    for axis in 0..3 {
-        let ((inverse, offset), (late_inverse, late_offset)) = (culls.soon[axis], culls.late[axis]);
-        t_in = sides.near(node, axis).fused(inverse, offset).later(t_in);
-        t_out = sides.far(node, axis).fused(late_inverse, late_offset).sooner(t_out);
-    }
-    let mut children = !t_in.beyond(t_out);
+    let (t_in, mut children) = culls.meet(node, farthest);
+    let sides = &culls.sides;
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
@@ -313,10 +305,4 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     }
     *top = place;
     met.iter().map(|met| met.count_ones()).sum()
-}
-
-/// A group's bounds against eight boxes.
-struct Culls<B: Scalar> {
-    soon: [Crossing<B::Lane>; 3],
-    late: [Crossing<B::Lane>; 3],
 }
