@@ -87,24 +87,24 @@ pub(super) fn quartic(p: f64x8, q: f64x8, c: f64x8, lanes: Mask<f64x8>) -> [Pair
 
 /// About where `s^4 + p s^2 + q s + c` has its least: a Newton step from where it has that for `q = 0`.
 #[inline(always)]
-pub(super) fn low_place(p: f64x8, q: f64x8) -> f64x8 {
-    let (p, q): (f32x8, f32x8) = (p.cast(), q.cast());
+pub(super) fn low_place(p: f32x8, q: f32x8) -> f32x8 {
     let zero = f32x8::zero();
     let start = Lane::max(p * f32x8::lit(-0.5), zero).sqrt().copysign(-q);
     // There the slope is q.
     let bend = p.lt(zero).select(p * f32x8::lit(-4.0), p + p);
-    (start - q / bend).cast()
+    start - q / bend
 }
 
-/// Lanes in which `s^4 + p s^2 + q s + c` is above `room` for every `s`.
+/// Lanes in which `s^4 + p s^2 + q s + c` is above `room` for every `s`, from the square of `q`.
 ///
 /// What is above 0 is a sum of squares, `(s^2 + y)^2 + (p - 2 y) s^2 + q s + c - y^2` with some `y`: that of which the latter three
 /// have the least discriminant, `q^2 - 4 (p - 2 y) (c - y^2)`, where the derivative of that is 0.
-pub(super) fn stays_above(p: f64x8, q: f64x8, c: f64x8, room: f64x8) -> Mask<f64x8> {
+#[inline(always)]
+pub(super) fn stays_above<L: Lane>(p: L, qq: L, c: L, room: L) -> Mask<L> {
     let c = c - room;
-    let y = (p - (p * p + c * f64x8::lit(12.0)).sqrt()) * f64x8::lit(1.0 / 6.0); // NaN: below 0 at 0.
+    let y = (p - (p * p + c * L::lit(12.0)).sqrt()) * L::lit(1.0 / 6.0); // NaN: below 0 at 0.
     let (square, rest) = (p - (y + y), c - y * y);
-    square.gt(f64x8::zero()) & rest.gt(f64x8::zero()) & (square * rest * f64x8::lit(4.0)).gt(q * q)
+    square.gt(L::zero()) & rest.gt(L::zero()) & (square * rest * L::lit(4.0)).gt(qq)
 }
 
 /// Lanes in which `s^3 + b s^2 + c s + d` is above `room` for every `s` from 0 on: there and where it has its least.
@@ -209,7 +209,7 @@ mod tests {
             let value = |s: f64| ((s * s + p) * s + q) * s + c;
             let least = (-3000..3000).map(|s| value(f64::from(s) * 1e-3)).fold(f64::INFINITY, f64::min);
             let [p, q, c, room] = [p, q, c, room].map(f64x8::lit);
-            let above = stays_above(p, q, c, room).bits() != 0;
+            let above = stays_above(p, q * q, c, room).bits() != 0;
             let room = room.to_array()[0];
             // Between two of those places it is lower by 1e-5 at most.
             assert!(!above || least > room, "{least} for {a} {u} {v}");
