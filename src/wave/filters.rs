@@ -28,15 +28,16 @@ impl Rest {
     fn of<L: Lane>(rays: &Feelers<L>) -> Self {
         Self { filter: Vec3::lit(1.0), medium: rays.medium }
     }
+}
 
-    /// Lets `tint` of the light through in some lanes: those where that leaves any.
-    fn dim(&mut self, tint: Vec3<f32x8>, lanes: u8) -> u8 {
-        let filter = self.filter.mul(tint);
-        let worth = filter.abs().max_element().ge(f32x8::lit(NO_LIGHT));
-        let left = filter.map(|f| worth.keep(f));
-        self.filter = Vec3::select(Mask::from_bits(lanes), left, self.filter);
-        lanes & worth.bits()
-    }
+/// Lets `tint` of the light through that is left by `filter`, in some lanes: those where that leaves any.
+#[inline(always)]
+fn dim(filter: &mut Vec3<f32x8>, tint: Vec3<f32x8>, lanes: u8) -> u8 {
+    let through = filter.mul(tint);
+    let worth = through.abs().max_element().ge(f32x8::lit(NO_LIGHT));
+    let left = through.map(|f| worth.keep(f));
+    *filter = Vec3::select(Mask::from_bits(lanes), left, *filter);
+    lanes & worth.bits()
 }
 
 /// What textures let through wherever rays meet them, by their numbers, as far as that was asked for; of those that let through
@@ -102,14 +103,16 @@ pub fn through<S: Scalar, B: Scalar>(
     // (What only blocked rays have met does not count: how much of it they have noted is a matter of the walk.)
     let mut met = way.things.iter().filter(|(_, met)| met & lanes != 0);
     if let (Some(&(Transparent::Primitive(surface), _)), None) = (met.next(), met.next()) {
+        if let Some(tint) = tints.of(scene, surface) {
+            return tinted_by(scene, (query, lanes), surface, Vec3::broadcast(tint));
+        }
         let asked = *query; // (Passing on changes it.)
-        let tint = tints.of(scene, surface).map(Vec3::broadcast);
         let mut passage =
             Passage { scene, query, rest: &mut rest, media, lanes, last: S::Lane::zero(), after };
         each_crossing(&scene.geometry, &asked, surface, lanes, |t| {
             let hits = (t.gt(passage.after) & t.lt(asked.t)).bits() & passage.lanes;
             if hits != 0 {
-                passage.cross((hits, t), &[surface; LANES], tint);
+                passage.cross((hits, t), &[surface; LANES]);
             }
         });
         return rest.filter;
@@ -143,8 +146,29 @@ pub fn through<S: Scalar, B: Scalar>(
         if hits == 0 {
             return rest.filter;
         }
-        passage.cross((hits, t), &surfaces, None);
+        passage.cross((hits, t), &surfaces);
     }
+}
+
+/// What is left of the light of the rays `lanes` of `query` by a surface that lets through `tint` wherever it is crossed.
+#[inline(always)]
+fn tinted_by<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    (query, lanes): (&Query<S::Lane>, u8),
+    surface: SurfaceId,
+    tint: Vec3<f32x8>,
+) -> Vec3<f32x8> {
+    let (mut filter, mut after, mut live) = (Vec3::lit(1.0), query.t_min, lanes);
+    each_crossing(&scene.geometry, query, surface, lanes, |t| {
+        let crossed = t.gt(after) & t.lt(query.t) & Mask::from_bits(live);
+        let hits = crossed.bits();
+        if hits != 0 {
+            live &= dim(&mut filter, tint, hits) | !hits;
+            let point = query.rays.origin + query.rays.dir * t;
+            after = crossed.select(t + start_rounding(&point), after);
+        }
+    });
+    filter
 }
 
 /// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
@@ -180,20 +204,16 @@ struct Passage<'a, S: Scalar, B: Scalar> {
 }
 
 impl<S: Scalar, B: Scalar> Passage<'_, S, B> {
-    /// Takes rays through `surfaces` at `t` in the lanes `hits`; `tint` is what all of these let through, if it is known.
-    fn cross(&mut self, (hits, t): (u8, S::Lane), surfaces: &[SurfaceId; LANES], tint: Option<Vec3<f32x8>>) {
+    /// Takes rays through `surfaces` at `t` in the lanes `hits`.
+    fn cross(&mut self, (hits, t): (u8, S::Lane), surfaces: &[SurfaceId; LANES]) {
         let Self { scene, query, rest, media, last, .. } = self;
-        let (point, more) = if let Some(tint) = tint {
-            (query.rays.origin + query.rays.dir * t, rest.dim(tint, hits))
-        } else {
-            (query.t, query.surface) = (t, choose(hits, surfaces, &[NO_SURFACE; LANES]));
-            let found = resolve(&scene.geometry, query);
-            (found.point, cross(scene, query, &found, (hits, t - *last), rest, media))
-        };
+        (query.t, query.surface) = (t, choose(hits, surfaces, &[NO_SURFACE; LANES]));
+        let found = resolve(&scene.geometry, query);
+        let more = cross(scene, query, &found, (hits, t - *last), rest, media);
         self.lanes &= more | !hits;
         let met = Mask::from_bits(hits);
         self.last = met.select(t, self.last);
-        self.after = met.select(t + start_rounding(&point), self.after);
+        self.after = met.select(t + start_rounding(&found.point), self.after);
     }
 }
 
@@ -226,7 +246,7 @@ fn cross<S: Scalar, B: Scalar>(
             tint = tint.mul(Vec3::from_fn(|k| fade_over(interior, way.lanes()[k].to_f64())));
         }
         rest.medium = choose(same, &[crossing.next; LANES], &rest.medium);
-        more |= rest.dim(tint, same);
+        more |= dim(&mut rest.filter, tint, same);
     }
     more
 }
