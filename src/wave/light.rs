@@ -108,7 +108,7 @@ impl LightProgram {
     }
 
     /// Its light at eight points, which have [`LightProgram::towards`], if nothing is in the way.
-    #[inline]
+    #[inline(always)]
     pub fn at<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> Vec3<f32x8> {
         let light = Vec3::splat(self.color);
         if self.kind == LightKind::Point && self.fade.is_none() {
@@ -118,6 +118,7 @@ impl LightProgram {
     }
 
     /// What the beam's shape and the distance leave of the light.
+    #[inline(never)] // Inlined, it takes the registers of shading.
     fn strength<L: Lane>(&self, point: Vec3<L>, dir: Vec3<L>, distance: L) -> L {
         let one = L::lit(1.0);
         let mut strength = match self.kind {
