@@ -49,10 +49,8 @@ impl Developer {
         let Self(steps) = self;
         // sRGB is one step beyond a start at most: a loop that says so is laid out flat.
         match steps.beyond {
-            1 => codes.extend(pixels.iter().map(|pixel| pixel.rgb.map(|light| steps.code(light, 1)))),
-            beyond => {
-                codes.extend(pixels.iter().map(|pixel| pixel.rgb.map(|light| steps.code(light, beyond))))
-            }
+            1 => steps.codes(pixels, codes, 1),
+            beyond => steps.codes(pixels, codes, beyond),
         }
     }
 }
@@ -73,6 +71,12 @@ struct Steps {
 /// Bits of a float that do not tell its start: 1024 starts for each power of two, so that no two of sRGB's steps lie in one. (A light
 /// before the first step or beyond a start's takes no other way than the rest: which it is would be guessed, mostly wrongly.)
 const BELOW_START: u32 = 13;
+
+/// Pixels that are coded together.
+const TOGETHER: usize = 8;
+
+/// Numbers of a pixel.
+const CHANNELS: usize = 4;
 
 impl Steps {
     fn new(transfer: Transfer, working_space: Transfer) -> Self {
@@ -102,12 +106,54 @@ impl Steps {
         Self { first, start, least, beyond: beyond.unwrap_or(0) }
     }
 
-    /// The code of a light that is at most `beyond` codes beyond that of its start.
+    /// Adds the pixels' codes to `codes`, each of which is at most `beyond` codes beyond that of its light's start.
     #[inline(always)]
-    fn code(&self, light: f32, beyond: usize) -> u8 {
-        // (`max` and `min` take the other number for NaN.)
-        let light = light.max(self.least).min(1.0);
-        let start = (light.to_bits() >> BELOW_START) - (self.least.to_bits() >> BELOW_START);
+    fn codes(&self, pixels: &[Pixel], codes: &mut Vec<[u8; 3]>, beyond: usize) {
+        let (eights, rest) = pixels.as_chunks::<TOGETHER>();
+        for eight in eights {
+            // What needs no table comes first, for several at once. (What shows through is coded with the rest, and left out.)
+            let mut lights: [f32; TOGETHER * CHANNELS] = bytemuck::cast(*eight);
+            let mut starts = [0; TOGETHER * CHANNELS];
+            for (light, start) in lights.iter_mut().zip(&mut starts) {
+                *light = self.within(*light);
+                *start = self.start_of(*light);
+            }
+            let mut coded = [[0; 3]; TOGETHER];
+            for (k, pixel) in coded.iter_mut().enumerate() {
+                for (channel, code) in pixel.iter_mut().enumerate() {
+                    let place = k * CHANNELS + channel;
+                    *code = self.code(lights[place], starts[place], beyond);
+                }
+            }
+            codes.extend_from_slice(&coded);
+        }
+        codes.extend(rest.iter().map(|pixel| pixel.rgb.map(|light| self.code_of(light, beyond))));
+    }
+
+    /// The code of one light.
+    #[inline(always)]
+    fn code_of(&self, light: f32, beyond: usize) -> u8 {
+        let light = self.within(light);
+        self.code(light, self.start_of(light), beyond)
+    }
+
+    /// A light between the first step and 1; the former for NaN.
+    #[inline(always)]
+    fn within(&self, light: f32) -> f32 {
+        // (`max` would ask for NaN once more.)
+        let light = if light > self.least { light } else { self.least };
+        if light < 1.0 { light } else { 1.0 }
+    }
+
+    /// Number of the start of such a light.
+    #[inline(always)]
+    fn start_of(&self, light: f32) -> u32 {
+        (light.to_bits() >> BELOW_START) - (self.least.to_bits() >> BELOW_START)
+    }
+
+    /// The code of such a light with this start.
+    #[inline(always)]
+    fn code(&self, light: f32, start: u32, beyond: usize) -> u8 {
         let mut code = self.start.get(start as usize).copied().unwrap_or(255);
         for _ in 0..beyond {
             code += u8::from(light >= self.first[usize::from(code)]);
@@ -149,13 +195,18 @@ mod tests {
         let transfers = [Transfer::Srgb, Transfer::LINEAR, Transfer::Power(2.2), Transfer::Power(0.5)];
         for (transfer, space) in transfers.into_iter().flat_map(|a| transfers.map(|b| (a, b))) {
             let steps = Steps::new(transfer, space);
-            let lights = (0..=100_000).map(|k| k as f32 * 1.1e-5 - 0.05);
-            for light in
-                lights.chain([f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 0.0, f32::MIN_POSITIVE])
-            {
-                let expected = quantise(transfer.encode(f64::from(space.decode_single(light))), 255);
-                let found = steps.code(light, steps.beyond);
-                assert_eq!(u16::from(found), expected, "{transfer:?} of {light} in {space:?}");
+            let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, 0.0, -0.0, f32::MIN_POSITIVE];
+            let lights: Vec<_> = (0..=100_000).map(|k| k as f32 * 1.1e-5 - 0.05).chain(odd).collect();
+            // (A number of pixels that eights leave some of.)
+            let pixels = lights.windows(3).map(|rgb| Pixel { rgb: [rgb[0], rgb[1], rgb[2]], transmit: 0.5 });
+            let (pixels, mut found) = (pixels.collect::<Vec<_>>(), Vec::new());
+            Developer(steps).develop(&pixels, &mut found);
+            assert!(pixels.len() % TOGETHER != 0 && found.len() == pixels.len());
+            for (pixel, found) in pixels.iter().zip(found) {
+                let expected = pixel
+                    .rgb
+                    .map(|x| quantise(transfer.encode(f64::from(space.decode_single(x))), 255) as u8);
+                assert_eq!(found, expected, "{transfer:?} of {pixel:?} in {space:?}");
             }
         }
     }
