@@ -326,17 +326,19 @@ impl<P: Packet> Queue<P> {
     /// Makes open packets ready, full or not.
     pub fn flush(&mut self) {
         for octant in 0..OCTANTS {
-            let open = self.open[octant];
-            if open.lanes() != 0 {
-                let next = self.next();
-                *next = open;
-                // Lanes without a ray hold numbers like the others.
-                for to in open.lanes().count_ones() as usize..LANES {
-                    next.put(to, &open, 0);
-                }
-                self.add(&[octant as u8]);
-                self.open[octant].set_lanes(0);
+            // (Most are empty, and to copy one takes longer than to look.)
+            if self.open[octant].lanes() == 0 {
+                continue;
             }
+            let open = self.open[octant];
+            let next = self.next();
+            *next = open;
+            // Lanes without a ray hold numbers like the others.
+            for to in open.lanes().count_ones() as usize..LANES {
+                next.put(to, &open, 0);
+            }
+            self.add(&[octant as u8]);
+            self.open[octant].set_lanes(0);
         }
     }
 
