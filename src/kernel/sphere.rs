@@ -71,7 +71,7 @@ fn near_crossings<S: Scalar>(
     let b = dot_four(f, dir);
     let l = less_four(f, dir.map(|d| d * b));
     let square = radius * radius - dot_four(l, l);
-    if left == 0 && S::Quad::default().le(square).bits() == 0 {
+    if S::Quad::default().le(square).bits() & !left == 0 && goes_away(b, left) {
         return (S::Quad::default(), 0);
     }
     let half_chord = square.sqrt();
@@ -93,6 +93,12 @@ fn near_crossings<S: Scalar>(
     let (first, last) = (near.min(q), near.max(q));
     let t = first.gt(t_min).choose(first, last);
     (t, (t.gt(t_min) & t.le(t_max)).bits())
+}
+
+/// True if a ray does not come back to the spheres of `left`, which it starts on: their middles, `b` ahead, are not before it.
+#[inline(always)]
+fn goes_away<Q: Quad>(b: Q, left: u8) -> bool {
+    left == 0 || b.gt(Q::default()).bits() & left == 0
 }
 
 /// What [`Block::first`] has of rays that ask for any crossing, if that can be told of all of them without roots.
@@ -137,7 +143,7 @@ fn told<S: Scalar>(
     let b = dot_four(f, ray.dir);
     let l = less_four(f, ray.dir.map(|d| d * b));
     let met = S::Quad::default().le(radius * radius - dot_four(l, l)).bits() & rows;
-    if met == 0 && left == 0 {
+    if met & !left == 0 && goes_away(b, left & rows) {
         return Some(false);
     }
     // The first crossing is at `(f^2 - r^2) / q`, where `q` is between `b` and `2 |f|`.
