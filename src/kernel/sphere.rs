@@ -195,6 +195,15 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         first_beyond(crossings(center, radius, rays, left).into_iter(), looking.from)
     }
 
+    /// What goes away from the middle.
+    #[inline(always)]
+    fn left_behind(&self, i: usize, rays: &Rays<S::Lane>, left: &Left<S::Lane>) -> u8 {
+        let [x, y, z, _] = self.rows.row(i).map(S::Lane::splat);
+        // As `crossings`, where the other root is then 0 or behind the start.
+        let b = (Vec3::new(x, y, z) - rays.origin).dot(rays.dir);
+        left.on.bits() & !b.gt(S::Lane::zero()).bits()
+    }
+
     const ACROSS: bool = true;
 
     #[inline(always)]
