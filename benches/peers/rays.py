@@ -48,12 +48,12 @@ def write_csv(path, head, rows):
 class Geometry:
     """A file of geometry, its ray sets, and the ways to trace them."""
 
-    def __init__(self, args, name, view):
+    def __init__(self, args, name, view, best=False):
         self.name = name
         shape = ["--mesh" if view["file"].endswith(".mesh") else "--spheres", args.folder / view["file"]]
         self.octray, self.embree = [args.octray, "rays", *shape], [args.embree, *shape]
         prefix = args.folder / name
-        if args.best:
+        if best:
             self.octray += ["--build", "best"]
             self.embree.append("--high")
         camera = options(view, ["eye", "look", "fov", "light", "size"])
@@ -152,7 +152,7 @@ def main():
     for name, view in json.loads((args.folder / "views.json").read_text()).items():
         if args.only and name not in args.only.split(","):
             continue
-        geometry = Geometry(args, name, view)
+        geometry = Geometry(args, name, view, args.best)
         found, pairs = geometry.answers()
         differing += found
         own = [row for number in range(args.rounds) for row in geometry.round(number, args.repeat)]
