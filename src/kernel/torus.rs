@@ -556,18 +556,18 @@ mod tests {
         let mut numbers = Random::new(11);
         let (mut missed, mut met, mut of) = (0, 0, 0);
         for round in 0..4000 {
-            let mut between = |low: f64, high: f64| numbers.between(low, high);
-            let (major, minor) = (between(0.05, 1.0), between(0.02, 0.6));
-            let axes = [(); 3].map(|()| between(0.5, 2.0));
-            let turn =
-                DAffine3::from_rotation_z(between(0.0, 6.0)) * DAffine3::from_rotation_x(between(0.0, 6.0));
-            let far = 10f64.powf(between(-1.0, 2.0));
-            let place = DVec3::from_array([(); 3].map(|()| between(-far, far)));
-            let forward =
-                DAffine3::from_translation(place) * turn * DAffine3::from_scale(DVec3::from_array(axes));
+            let (major, minor) = (numbers.between(0.05, 1.0), numbers.between(0.02, 0.6));
+            let axes = DVec3::from_array([(); 3].map(|()| numbers.between(0.5, 2.0)));
+            let [z, x] = [(); 2].map(|()| numbers.between(0.0, 6.0));
+            let turn = DAffine3::from_rotation_z(z) * DAffine3::from_rotation_x(x);
+            let far = 10f64.powf(numbers.between(-1.0, 2.0));
+            let place = DAffine3::from_translation(numbers.vector(far));
+            let forward = place * turn * DAffine3::from_scale(axes);
             let mut tori = Tori::<f64>::default();
             tori.push(&Transform { forward, inverse: forward.inverse() }, major, minor);
             let lines = each_lane(|k| {
+                let other = numbers.vector(1.0);
+                let mut between = |low: f64, high: f64| numbers.between(low, high);
                 // A place on the ring, and off it across the tube: nearly its radius, or anything.
                 let (along, about, inward) = (between(0.0, 7.0), between(0.0, 7.0), between(0.0, 2.0));
                 let nearly = 1.0 + 10f64.powf(between(-9.0, -1.0)).copysign(between(-1.0, 1.0));
@@ -575,7 +575,6 @@ mod tests {
                 let radius = major + out * about.cos();
                 let at = DVec3::new(radius * along.cos(), out * about.sin(), radius * along.sin());
                 let normal = DVec3::new(along.cos() * about.cos(), about.sin(), along.sin() * about.cos());
-                let other = DVec3::new(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0));
                 // Across the normal, mostly, and from there back.
                 let way = if round % 3 == 0 { other } else { normal.cross(other) }.normalize();
                 let away = 10f64.powf(between(-1.0, 2.0));

@@ -172,7 +172,7 @@ fn tinted_by<S: Scalar, B: Scalar>(
 }
 
 /// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
-/// [`Passage::cross`] has it, so that it does not matter to a ray what its neighbours meet.
+/// [`tinted_by`] and [`Passage::cross`] have it, so that it does not matter to a ray what its neighbours meet.
 fn tinted<S: Scalar>(crossings: &[Crossing], line: (DVec3, DVec3), mut after: f64) -> Option<[f32; 3]> {
     let mut filter = [1.0f32; 3];
     for &Crossing { t, tint, .. } in crossings {
