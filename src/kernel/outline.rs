@@ -12,7 +12,7 @@
 //! Lines have no moments about a place that all of them go through, a camera or a light: that is half of the arithmetic.
 
 use super::{Four, Rays, cross_four, dot_four, in_four, less_four};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest, of_two_bits};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -196,6 +196,21 @@ impl Passing {
         let Self(all) = self;
         let before = all << Self::ROW_BITS | all << (2 * Self::ROW_BITS) | all << (3 * Self::ROW_BITS);
         Self(all & !before)
+    }
+
+    /// The rays that pass through any row.
+    #[inline(always)]
+    pub fn rays(self) -> u8 {
+        let Self(all) = self;
+        let two = all | all >> (2 * Self::ROW_BITS);
+        (two | two >> Self::ROW_BITS) as u8
+    }
+
+    /// By ray, which of the four rows it passes through, if that is one; 0 if it passes by all.
+    #[inline(always)]
+    pub fn rows_of_rays(self) -> [u32; LANES] {
+        let [_, one, two, three] = [0, 1, 2, 3].map(|row| self.row(row));
+        of_two_bits(one | three, two | three)
     }
 
     /// What is in `other`, too.
@@ -402,6 +417,8 @@ mod tests {
         assert_eq!(rays(rest), [0, 0b0010, 0, 0b0010]);
         assert_eq!(rays(rest.without(rest.first_rows())), [0, 0, 0, 0b0010]);
         assert_eq!(rays(all.of(0b1001)), [0, 0b0001, 0, 0b1000]);
+        assert_eq!(all.first_rows().rows_of_rays(), [1, 0, 0, 3, 0, 0, 0, 0]);
+        assert_eq!((all.rays(), rest.rays(), Passing::default().rays()), (0b1111, 0b0010, 0));
         let eights = |passing: Passing| rays(passing).map(|rays| rays == 0xff);
         assert_eq!(eights(Passing::through_all(&(0..QUAD))), [true; QUAD]);
         assert_eq!(eights(Passing::through_all(&(1..3))), [false, true, true, false]);

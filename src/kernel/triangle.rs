@@ -375,15 +375,12 @@ impl<S: Scalar> Block<S> for Triangles<S> {
     #[inline(always)]
     fn first_through(&self, four: usize, passing: Passing, rays: &Rays<S::Lane>, from: S::Lane) -> S::Lane {
         let Four(columns) = self.rows.four(four);
-        let row = |k: usize| [0, 1, 2, 9, 10, 11].map(|column| S::Lane::splat(columns[column][k]));
-        let (mut lanes, mut plane) = (passing.row(0), row(0));
-        for k in 1..QUAD {
-            let (mask, row) = (Mask::from_bits(passing.row(k)), row(k));
-            lanes |= passing.row(k);
-            plane = std::array::from_fn(|column| mask.select(row[column], plane[column]));
-        }
-        let [x, y, z, a, b, c] = plane;
-        let t = to_plane(Vec3::new(x, y, z), Vec3::new(a, b, c), rays, Mask::from_bits(lanes));
+        let which = passing.rows_of_rays();
+        let vector = |k: usize| {
+            let column = |k: usize| S::Lane::of_four(&columns[k], &which);
+            Vec3::new(column(k), column(k + 1), column(k + 2))
+        };
+        let t = to_plane(vector(0), vector(9), rays, Mask::from_bits(passing.rays()));
         first_beyond(std::iter::once(finite(t)), from)
     }
 

@@ -5,6 +5,7 @@
 //! `wide` picks its instructions when it is compiled, and some of its operations are traps for geometry, so only the
 //! sound ones are let through: no 12-bit reciprocals, no multiply-add whose rounding depends on the build.
 
+mod four;
 mod many;
 mod mask;
 mod quad;
@@ -124,6 +125,17 @@ pub fn first_and_last(mask: u8) -> (usize, usize) {
 pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
     let [yes, no] = [yes, no].map(|numbers| f32x8::from(numbers.map(f32::from_bits)));
     Mask::<f32x8>::from_bits(bits).select(yes, no).to_array().map(f32::to_bits)
+}
+
+/// By lane, a number from 0 to 3 by its two bits.
+#[inline(always)]
+pub fn of_two_bits(low: u8, high: u8) -> [u32; LANES] {
+    let own = u32x8::from([1, 2, 4, 8, 16, 32, 64, 128]);
+    let worth = |bits: u8, worth: u32| {
+        let set = (own & u32x8::splat(bits.into())).simd_eq(own);
+        set & u32x8::splat(worth)
+    };
+    (worth(low, 1) | worth(high, 2)).to_array()
 }
 
 /// `of_two` over eight, by pairs.
@@ -391,6 +403,9 @@ pub trait Lane:
     /// The lower four lanes and the upper four.
     fn halves(self) -> [<Self::Scalar as Scalar>::Quad; 2];
 
+    /// Lane `k` is number `which[k]` (0 to 3) of four: one instruction, or one for each half, where the machine has it.
+    fn of_four(four: &[Self::Scalar; QUAD], which: &[u32; LANES]) -> Self;
+
     /// Lane `k` of row `i` becomes lane `i` of row `k`.
     fn transpose(rows: [Self; LANES]) -> [Self; LANES];
 
@@ -403,7 +418,7 @@ pub trait Lane:
 }
 
 macro_rules! impl_lane {
-    ($lane:ty, $scalar:ty, $from_f64s:expr, $to_f64s:expr, ($bits:ty, $by_bits:expr)) => {
+    ($lane:ty, $scalar:ty, $from_f64s:expr, $to_f64s:expr, $of_four:expr, ($bits:ty, $by_bits:expr)) => {
         impl Lane for $lane {
             type Scalar = $scalar;
 
@@ -526,6 +541,10 @@ macro_rules! impl_lane {
                 bytemuck::cast(self)
             }
             #[inline(always)]
+            fn of_four(four: &[$scalar; QUAD], which: &[u32; LANES]) -> Self {
+                ($of_four)(four, which)
+            }
+            #[inline(always)]
             fn transpose(rows: [Self; LANES]) -> [Self; LANES] {
                 <$lane>::transpose(rows)
             }
@@ -547,8 +566,8 @@ macro_rules! impl_lane {
     };
 }
 
-impl_lane!(f32x8, f32, narrow, widen, (i32x8, true));
-impl_lane!(f64x8, f64, |x| x, |x| x, (i64x8, cfg!(target_feature = "avx512f")));
+impl_lane!(f32x8, f32, narrow, widen, four::singles, (i32x8, true));
+impl_lane!(f64x8, f64, |x| x, |x| x, four::doubles, (i64x8, cfg!(target_feature = "avx512f")));
 
 #[inline(always)]
 fn narrow(lanes: f64x8) -> f32x8 {
@@ -574,6 +593,13 @@ mod tests {
         for bits in 0..=255 {
             assert_eq!(Mask::<L>::from_bits(bits).bits(), bits);
             assert_eq!((!Mask::<L>::from_bits(bits)).bits(), !bits);
+        }
+        let four = [0.5, -1.0, 2.25, 7.0].map(L::Scalar::from_f64);
+        for (low, high) in [(0b1010_0101, 0b0011_1100), (0, !0), (!0, 0), (!0, !0)] {
+            let which = of_two_bits(low, high);
+            let expected = each_lane(|k| u32::from(low >> k & 1) + 2 * u32::from(high >> k & 1));
+            assert_eq!(which, expected);
+            assert_eq!(L::of_four(&four, &which).to_array(), each_lane(|k| four[which[k] as usize]));
         }
         let numbers = [0, 6, 7, 8, 9, 10, u32::MAX, 1 << 31];
         assert_eq!(lanes_within(&numbers, 7, 3), 0b0001_1100);

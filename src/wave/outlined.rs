@@ -9,7 +9,7 @@ use super::query::Query;
 use super::rows::{Rows, Views, accept};
 use crate::bvh::{Count, GROUP, Packet, Packets, each_packet};
 use crate::kernel::{Block, LinePairs, Passing};
-use crate::lane::{LANES, QUAD, Scalar, choose};
+use crate::lane::{QUAD, Scalar};
 use std::ops::Range;
 
 /// Packets that rows are held against, none of whose rays starts on one of them.
@@ -98,10 +98,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Outlined<'_, S, B, C, ANY>
             let now = passing.first_rows();
             passing = passing.without(now);
             let t = block.first_through(four, now, &query.rays, query.t_min);
-            let mut surfaces = [first; LANES];
-            for row in 1..QUAD {
-                surfaces = choose(now.row(row), &[first + row as u32; LANES], &surfaces);
-            }
+            let surfaces = now.rows_of_rays().map(|row| first + row);
             changed |= accept(query, t, &surfaces, live, ranks);
         }
         if changed != 0 {
