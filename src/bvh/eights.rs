@@ -41,6 +41,14 @@ pub(super) fn bytes_in_use(x: u64) -> u8 {
     (lowest.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
+/// 1 in the byte of each bit that is set.
+#[inline(always)]
+pub(super) fn bytes_of(bits: u8) -> u64 {
+    // Bit `k` alone in byte `k`, which by the sum comes to bit 7.
+    let own = (u64::from(bits) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+    (own + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101
+}
+
 /// All bits of each byte that has three or more.
 #[inline(always)]
 pub(super) fn bytes_of_three(x: u64) -> u64 {
@@ -56,6 +64,14 @@ pub(super) fn bytes_of_three(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bits_come_to_their_bytes() {
+        for bits in 0..=u8::MAX {
+            let bytes = bytes_of(bits).to_le_bytes();
+            assert!((0..LANES).all(|k| bytes[k] == bits >> k & 1));
+        }
+    }
 
     #[test]
     fn bytes_are_told_by_their_bits() {

@@ -6,7 +6,7 @@
 //! singly; where packets are wide beside the boxes, as a stream.
 
 use super::bounds::{Bounds, Culls, Interval, columns};
-use super::eights::{HALVES, Packets, bytes_in_use, each_packet, eight_of};
+use super::eights::{HALVES, Packets, bytes_in_use, bytes_of, each_packet, eight_of};
 use super::packet::{Frame, Packet, Units};
 use super::single::walk_single;
 use super::stack::{Entry, Sides, Stacks, farther_than};
@@ -250,7 +250,8 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
     let fetches = visit.prefetches();
     // A byte a child, a bit a unit. What is to be tested is known from one loop to the next, not from one test to the next: each
     // branch that is guessed wrongly costs all that is under way.
-    let (mut met, mut unsure) = ([0u64; HALVES], [0u64; HALVES]);
+    let (mut missed, mut unsure) = ([0u64; HALVES], [0u64; HALVES]);
+    let tested = bytes_of(children);
     while children != 0 {
         let c = children.trailing_zeros() as usize & (LANES - 1);
         children &= children - 1;
@@ -269,15 +270,17 @@ fn expand<B: Scalar, V: Visit<B>, M: Many<Eight = B::Lane>, const LOOSE: bool>(
             }
         }
         visit.boxes(who.count_ones());
-        let met_by = !enter.which_beyond(leave) & who;
-        let unsure_by = if LOOSE { met_by & sure_in.which_beyond(sure_out) } else { 0 };
+        let missed_by = enter.eights_beyond(leave);
+        let unsure_by = if LOOSE { sure_in.eights_beyond(sure_out) } else { [0; HALVES] };
         for half in 0..M::EIGHTS {
-            met[half] |= u64::from(eight_of(met_by, half)) << (LANES * c);
-            unsure[half] |= u64::from(eight_of(unsure_by, half)) << (LANES * c);
+            missed[half] |= u64::from(missed_by[half]) << (LANES * c);
+            unsure[half] |= u64::from(unsure_by[half]) << (LANES * c);
         }
     }
+    let mut met = [0; HALVES];
     for half in 0..M::EIGHTS {
-        let mut unsure = unsure[half];
+        met[half] = (tested * u64::from(eight_of(who, half))) & !missed[half];
+        let mut unsure = unsure[half] & met[half];
         while LOOSE && unsure != 0 {
             let pair = unsure.trailing_zeros() as usize;
             unsure &= unsure - 1;

@@ -11,8 +11,10 @@
 //!
 //! Lines have no moments about a place that all of them go through, a camera or a light: that is half of the arithmetic.
 
-use super::{Four, Rays, cross_four, dot_four, in_four, less_four};
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest, of_two_bits};
+use super::{Four, Rays, in_four, less_four};
+use crate::lane::{
+    LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, f32x4, f32x8, f32x16, highest, of_two_bits, sixteen_bits,
+};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -246,15 +248,15 @@ impl Outlines {
         let at = in_four::<S::Quad>(center.at);
         let (a, b, c) = (seen_from(a, at), seen_from(b, at), seen_from(c, at));
         let (ab, bc, ca) = (less_four(b, a), less_four(c, b), less_four(a, c));
-        let longest = Quad::max(Quad::max(dot_four(ab, ab), dot_four(bc, bc)), dot_four(ca, ca));
-        let away = dot_four(a, a);
+        let longest = Quad::max(Quad::max(dot(ab, ab), dot(bc, bc)), dot(ca, ca));
+        let away = dot(a, a);
         let (e, reach) = (longest.sqrt(), f32x4::splat(center.reach));
         let limit = e * (f32x4::splat(MARGIN) * (away.sqrt() + e + reach) + f32x4::splat(center.gap));
         let sound = Quad::gt(longest, Quad::lit(SOUND[0]))
             & Quad::le(away + longest + reach * reach, Quad::lit(SOUND[1]));
         let limit = sound.choose(limit, Quad::lit(f64::INFINITY));
         Self {
-            normal: [in_rows(cross_four(a, ab)), in_rows(cross_four(b, bc)), in_rows(cross_four(c, ca))],
+            normal: [in_rows(cross(a, ab)), in_rows(cross(b, bc)), in_rows(cross(c, ca))],
             edge: [in_rows(ab), in_rows(bc), in_rows(ca)],
             limit: limit.to_array(),
             parted: center.parted,
@@ -279,11 +281,11 @@ impl Outlines {
         all: Passing,
         lines: &LinePairs,
     ) -> [[Passing; 2]; 2] {
-        let (mut told, mut astride) = (0u64, 0u64);
+        let (mut told, mut astride) = (0, 0);
         for row in rows.clone() {
             let of_row = self.meet_one::<PARTED>(row, lines);
-            told |= u64::from(of_row[0]) << (Passing::ROW_BITS * row);
-            astride |= u64::from(of_row[1]) << (Passing::ROW_BITS * row);
+            let [is_told, is_astride] = of_row.map(|yes| sixteen_bits(yes, Passing::ROW_BITS * row));
+            (told, astride) = (told | is_told, astride | is_astride);
         }
         [0, LANES].map(|shift| {
             let [told, astride] = [told, astride].map(|both| Passing(both >> shift));
@@ -291,16 +293,13 @@ impl Outlines {
         })
     }
 
-    /// Of one triangle, a bit for each of sixteen lines: whether it is told; and if so, whether the line passes edges on either side.
+    /// Of one triangle, an answer for each of sixteen lines, by sign: whether it is told; and if so, whether the line passes edges on
+    /// either side.
     #[inline(always)]
-    fn meet_one<const PARTED: bool>(&self, row: usize, lines: &LinePairs) -> [u16; 2] {
+    fn meet_one<const PARTED: bool>(&self, row: usize, lines: &LinePairs) -> [f32x16; 2] {
         let k = row % QUAD;
         let side = |edge: usize| {
-            let moments = if PARTED {
-                product(&self.edge[edge], k, &lines.moment, f32x16::splat(0.0))
-            } else {
-                f32x16::splat(0.0)
-            };
+            let moments = PARTED.then(|| product(&self.edge[edge], k, &lines.moment, None));
             product(&self.normal[edge], k, &lines.dir, moments)
         };
         let (a, b, c) = (side(0), side(1), side(2));
@@ -308,7 +307,7 @@ impl Outlines {
         let (least, most) = (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c));
         // Told are lines that pass no edge within the limit, or on both sides beyond it.
         let told = least.abs().fast_min(most.abs()).simd_gt(f32x16::splat(self.limit[k]));
-        [told, least ^ most].map(|yes| yes.to_bitmask() as u16)
+        [told, least ^ most]
     }
 }
 
@@ -327,10 +326,22 @@ fn in_rows([x, y, z]: Four<f32x4>) -> [[f32; QUAD]; 3] {
 
 /// Row `k` of `a` times `b`, and `sum`.
 #[inline(always)]
-fn product(a: &[[f32; QUAD]; 3], k: usize, b: &[f32x16; 3], sum: f32x16) -> f32x16 {
-    let z = f32x16::splat(a[2][k]).mul_add(b[2], sum);
-    let y = f32x16::splat(a[1][k]).mul_add(b[1], z);
-    f32x16::splat(a[0][k]).mul_add(b[0], y)
+fn product(a: &[[f32; QUAD]; 3], k: usize, b: &[f32x16; 3], sum: Option<f32x16>) -> f32x16 {
+    let at = |axis: usize| f32x16::splat(a[axis][k]);
+    let z = sum.map_or(at(2) * b[2], |sum| at(2).mul_add(b[2], sum));
+    at(0).mul_add(b[0], at(1).mul_add(b[1], z))
+}
+
+/// Scalar product.
+#[inline(always)]
+fn dot([ax, ay, az]: Four<f32x4>, [bx, by, bz]: Four<f32x4>) -> f32x4 {
+    ax.mul_add(bx, ay.mul_add(by, az * bz))
+}
+
+/// Vector product.
+#[inline(always)]
+fn cross([ax, ay, az]: Four<f32x4>, [bx, by, bz]: Four<f32x4>) -> Four<f32x4> {
+    [ay.mul_sub(bz, az * by), az.mul_sub(bx, ax * bz), ax.mul_sub(by, ay * bx)]
 }
 
 #[cfg(test)]

@@ -33,6 +33,8 @@ pub trait Many: Copy + Debug {
     fn later_of(self, other: Self) -> Self;
     /// [`Lane::beyond`].
     fn which_beyond(self, other: Self) -> u16;
+    /// The same, eight by eight; of the second there may be none.
+    fn eights_beyond(self, other: Self) -> [u8; 2];
 }
 
 impl<L: Lane> Many for L {
@@ -70,6 +72,10 @@ impl<L: Lane> Many for L {
     #[inline(always)]
     fn which_beyond(self, other: L) -> u16 {
         Lane::beyond(self, other).into()
+    }
+    #[inline(always)]
+    fn eights_beyond(self, other: L) -> [u8; 2] {
+        [Lane::beyond(self, other), 0]
     }
 }
 
@@ -113,6 +119,29 @@ impl Many for f32x16 {
     fn which_beyond(self, other: Self) -> u16 {
         cast::<_, i32x16>(self).simd_gt(cast::<_, i32x16>(other)).to_bitmask() as u16
     }
+    #[inline(always)]
+    fn eights_beyond(self, other: Self) -> [u8; 2] {
+        if AT_ONCE {
+            return self.which_beyond(other).to_le_bytes();
+        }
+        let ([a, b], [c, d]): ([f32x8; 2], [f32x8; 2]) = (cast(self), cast(other));
+        [Lane::beyond(a, c), Lane::beyond(b, d)]
+    }
+}
+
+/// True if the machine takes sixteen numbers at a time.
+const AT_ONCE: bool = cfg!(target_feature = "avx512f");
+
+/// Sixteen answers, by sign, as bits from `place` on.
+#[inline(always)]
+pub fn sixteen_bits(answers: f32x16, place: usize) -> u64 {
+    if AT_ONCE {
+        return u64::from(answers.to_bitmask()) << place;
+    }
+    // (Each eight is put in its place by itself: if they are put side by side first, the compiler packs the answers together before
+    // it takes their signs, which takes twice as many instructions, one after the other.)
+    let [low, high]: [f32x8; 2] = cast(answers);
+    u64::from(low.to_bitmask()) << place | u64::from(high.to_bitmask()) << (place + LANES)
 }
 
 /// Two eights, where the machine has no operations for both at once.
@@ -163,6 +192,10 @@ impl Many for Two<f64x8> {
         let [low, high] = [0, 1].map(|n| Lane::beyond(self.0[n], other.0[n]));
         u16::from_le_bytes([low, high])
     }
+    #[inline(always)]
+    fn eights_beyond(self, other: Self) -> [u8; 2] {
+        [0, 1].map(|n| Lane::beyond(self.0[n], other.0[n]))
+    }
 }
 
 #[cfg(test)]
@@ -182,6 +215,7 @@ mod tests {
         let later = both.later_of(zero);
         let beyond = [0, 1].map(|n| Lane::beyond(Lane::later(a(n), B::Lane::zero()), b(n)));
         assert_eq!(later.which_beyond(other), u16::from_le_bytes(beyond));
+        assert_eq!(later.eights_beyond(other), beyond);
         assert!(beyond[0] == 0 && beyond[1] != 0);
         let fused = |n| Lane::later(Lane::fused(a(n), b(n), b(n)), B::Lane::zero());
         let least =
@@ -193,6 +227,15 @@ mod tests {
             let changed = later.with(k, B::from_f64(100.0));
             assert_eq!(changed.highest().to_f64(), 100.0);
             assert_eq!(changed.which_beyond(<Pair<B> as Many>::constant(50.0)), 1 << k);
+        }
+    }
+
+    #[test]
+    fn answers_are_put_in_their_place() {
+        let signs = |k: usize| if 0b1001_0110_0011_0101 >> k & 1 == 1 { -1.0 } else { 1.0 };
+        let answers = f32x16::from(std::array::from_fn::<f32, 16, _>(signs));
+        for place in [0, 16, 48] {
+            assert_eq!(sixteen_bits(answers, place), 0b1001_0110_0011_0101 << place);
         }
     }
 

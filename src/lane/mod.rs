@@ -11,7 +11,7 @@ mod mask;
 mod quad;
 mod vec3;
 
-pub use many::Many;
+pub use many::{Many, sixteen_bits};
 pub use mask::Mask;
 pub use quad::{QUAD, Quad, columns};
 pub use vec3::Vec3;
