@@ -17,13 +17,15 @@ pub(super) struct Candidate {
     kind: u8,
     /// A bit for each that counts.
     rows: u8,
+    /// In a list, how many from here on are of the kind.
+    alike: u8,
     /// The least depth at which they are met.
     near: f32,
 }
 
 impl Candidate {
     /// The nearest first; of equally near ones always the same.
-    pub fn order(&self, other: &Self) -> Ordering {
+    fn order(&self, other: &Self) -> Ordering {
         self.near.total_cmp(&other.near).then((self.kind, self.four).cmp(&(other.kind, other.four)))
     }
 }
@@ -42,8 +44,18 @@ pub(super) fn list(candidates: &mut Vec<Candidate>, first: usize, (kind, row): (
             return true;
         }
     }
-    candidates.push(Candidate { four, kind, rows, near });
+    candidates.push(Candidate { four, kind, rows, alike: 1, near });
     candidates.len() - first <= MOST
+}
+
+/// Puts the list that begins at `first` in order, which is complete.
+pub(super) fn settle(candidates: &mut [Candidate]) {
+    candidates.sort_unstable_by(Candidate::order);
+    for k in (1..candidates.len()).rev() {
+        if candidates[k - 1].kind == candidates[k].kind {
+            candidates[k - 1].alike = candidates[k].alike + 1;
+        }
+    }
 }
 
 /// True of casters that lists may hold.
@@ -73,12 +85,11 @@ pub(super) fn met<S: Scalar, B: Scalar>(
     // Lists are long, and mostly little of them lies before the farthest of the points: no more is read.
     let farthest = bits(lanes).map(|lane| ways.depths[lane & (LANES - 1)]).fold(0.0, f32::max);
     let (mut met, mut rest) = (0, candidates);
-    while let Some(&Candidate { kind, near, .. }) = rest.first() {
+    while let Some(&Candidate { kind, near, alike, .. }) = rest.first() {
         if near > farthest || met == lanes {
             break;
         }
-        let alike = rest.iter().take_while(|next| next.kind == kind && next.near <= farthest).count();
-        let (alike, others) = rest.split_at(alike);
+        let (alike, others) = rest.split_at(rest.len().min(alike.into()));
         let (base, open) = (scene.base[usize::from(kind)], lanes & !met);
         met |= scene.columns.with(kind, Meets { alike, base, ranks: &scene.ranks, ways, lanes: open });
         rest = others;
@@ -131,7 +142,7 @@ impl<S: Scalar> Meets<'_, '_, S> {
         let Ways { query, depths } = ways;
         let depths = f32x8::from_array(**depths);
         let mut met = 0;
-        for &Candidate { four, kind, rows, near } in alike {
+        for &Candidate { four, kind, rows, near, .. } in alike {
             let before = f32x8::splat(near).le(depths).bits() & lanes & !met;
             if before == 0 {
                 break;

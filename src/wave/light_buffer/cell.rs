@@ -1,6 +1,6 @@
 //! From what is seen through a cell to what is known of it.
 
-use super::among::{Candidate, is_listed, list};
+use super::among::{Candidate, is_listed, list, settle};
 use super::casters::Caster;
 use super::sheet::{Facet, Layer, Window};
 use super::{Cell, List, SHEET};
@@ -157,7 +157,7 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
                 return List::NONE;
             }
         }
-        candidates[first..].sort_unstable_by(Candidate::order);
+        settle(&mut candidates[first..]);
         let len = candidates.len() - first;
         match (u32::try_from(first), u32::try_from(len)) {
             (Ok(first), Ok(len)) => List { first, len },
