@@ -58,26 +58,38 @@ fn crossings<L: Lane>(center: Vec3<L>, radius: L, rays: &Rays<L>, left: Option<&
 
 /// [`crossings`] of one ray with four spheres: see [`Block::near_in_four`].
 #[inline(always)]
-fn near_crossings<S: Scalar>(
+fn near_crossings<S: Scalar>(four: &Four<S, 4>, ray: &Ray<S>, limits: (S, S), left: u8) -> (S::Quad, u8) {
+    let [x, y, z, radius] = four.0.map(S::Quad::from_array);
+    let f = less_four([x, y, z], ray.origin);
+    let b = dot_four(f, ray.dir);
+    if !goes_away(b, left) {
+        return near_crossings_from_within(four, (ray.origin, ray.dir), limits, left);
+    }
+    let l = less_four(f, ray.dir.map(|d| d * b));
+    let square = radius * radius - dot_four(l, l);
+    if S::Quad::default().le(square).bits() & !left == 0 {
+        return (S::Quad::default(), 0);
+    }
+    let (t, near) = nearest_root((f, b, radius, square), limits, |roots| roots);
+    (t, near & !left)
+}
+
+/// The same of a ray that starts on one of the spheres, `left`, and goes on through it. (A call, which is handed copies: inlined, the
+/// compiler makes what does not change ready for it before the loop over rows, and a ray that is lent is kept in memory.)
+#[inline(never)]
+fn near_crossings_from_within<S: Scalar>(
     four: &Four<S, 4>,
-    ray: &Ray<S>,
-    (t_min, t_max): (S, S),
+    (origin, dir): ([S::Quad; 3], [S::Quad; 3]),
+    limits: (S, S),
     left: u8,
 ) -> (S::Quad, u8) {
-    let (origin, dir) = (ray.origin, ray.dir);
     let [x, y, z, radius] = four.0.map(S::Quad::from_array);
     let center = [x, y, z];
     let f = less_four(center, origin);
     let b = dot_four(f, dir);
     let l = less_four(f, dir.map(|d| d * b));
     let square = radius * radius - dot_four(l, l);
-    if S::Quad::default().le(square).bits() & !left == 0 && goes_away(b, left) {
-        return (S::Quad::default(), 0);
-    }
-    let half_chord = square.sqrt();
-    let mut q = b + half_chord.copysign(b);
-    let mut near = (dot_four(f, f) - radius * radius) / q;
-    if left != 0 {
+    nearest_root((f, b, radius, square), limits, |[near, q]| {
         // As in `crossings`.
         let sum = |a: S::Quad, b: S::Quad| a.abs() + b.abs();
         let reach =
@@ -86,9 +98,20 @@ fn near_crossings<S: Scalar>(
         let chord = b.abs().gt(noise) & (b + b);
         let on = S::Quad::from_array([0, 1, 2, 3].map(|k| S::from_f64(f64::from(left >> k & 1))));
         let on = on.gt(S::Quad::default());
-        near = on.choose(S::Quad::default(), near);
-        q = on.choose(chord, q);
-    }
+        [on.choose(S::Quad::default(), near), on.choose(chord, q)]
+    })
+}
+
+/// The first of two roots, as `known` has them, beyond the first limit; and the lanes where it is not beyond the second.
+#[inline(always)]
+fn nearest_root<S: Scalar>(
+    (f, b, radius, square): ([S::Quad; 3], S::Quad, S::Quad, S::Quad),
+    (t_min, t_max): (S, S),
+    known: impl FnOnce([S::Quad; 2]) -> [S::Quad; 2],
+) -> (S::Quad, u8) {
+    let half_chord = square.sqrt();
+    let q = b + half_chord.copysign(b);
+    let [near, q] = known([(dot_four(f, f) - radius * radius) / q, q]);
     let (t_min, t_max) = (S::Quad::splat(t_min), S::Quad::splat(t_max));
     let (first, last) = (near.min(q), near.max(q));
     let t = first.gt(t_min).choose(first, last);
