@@ -61,7 +61,8 @@ pub struct Outlines {
 /// The own test moves corners by u r, their coordinates across the ray by 2 and 5.5 on axes that may be as short as
 /// `sqrt(1/2)`, and turns an edge's answer within 2: 12.2 together. Two products beyond their limit on different sides put
 /// the ray `limit / e` away from all three edges, not only from two: on the third edge they would have one sign.
-/// The rest is for terms of second order and the limit's own rounding.
+/// The rest is for terms of second order and the limit's own rounding. (Where the machine multiplies and adds at once there are fewer
+/// roundings than are counted here.)
 const MARGIN: f32 = 28.0 * (f32::EPSILON / 2.0);
 
 /// Lines that pass the center by no more than this share of how far off they start are taken to go through it: rounding starts and

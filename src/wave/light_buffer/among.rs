@@ -48,7 +48,7 @@ pub(super) fn list(candidates: &mut Vec<Candidate>, first: usize, (kind, row): (
     candidates.len() - first <= MOST
 }
 
-/// Puts the list that begins at `first` in order, which is complete.
+/// Puts a list in order that is complete.
 pub(super) fn settle(candidates: &mut [Candidate]) {
     candidates.sort_unstable_by(Candidate::order);
     for k in (1..candidates.len()).rev() {
