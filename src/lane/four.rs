@@ -1,17 +1,15 @@
 //! Eight numbers out of four: what rays that are known to meet one of four rows take of their rows.
 //!
-//! Where the machine has no instruction for it, or `safe_arch` none, each lane reads its own.
+//! For machines that have an instruction for it, of those that `safe_arch` knows.
 
 use super::{LANES, QUAD, f32x8, f64x8};
 
-#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[inline(always)]
 pub(super) fn singles(four: &[f32; QUAD], which: &[u32; LANES]) -> f32x8 {
     let both: [[f32; QUAD]; 2] = [*four; 2];
     bytemuck::cast(safe_arch::shuffle_av_f32_half_m256(bytemuck::cast(both), bytemuck::cast(*which)))
 }
 
-#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[inline(always)]
 pub(super) fn doubles(four: &[f64; QUAD], which: &[u32; LANES]) -> f64x8 {
     // A double is two neighbours of eight.
@@ -20,16 +18,4 @@ pub(super) fn doubles(four: &[f64; QUAD], which: &[u32; LANES]) -> f64x8 {
     let taken = [lower, upper]
         .map(|words| safe_arch::shuffle_av_i32_all_m256i(bytemuck::cast(*four), bytemuck::cast(words)));
     bytemuck::cast(taken)
-}
-
-#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-#[inline(always)]
-pub(super) fn singles(four: &[f32; QUAD], which: &[u32; LANES]) -> f32x8 {
-    f32x8::from(super::each_lane(|k| four[which[k] as usize % QUAD]))
-}
-
-#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-#[inline(always)]
-pub(super) fn doubles(four: &[f64; QUAD], which: &[u32; LANES]) -> f64x8 {
-    f64x8::from(super::each_lane(|k| four[which[k] as usize % QUAD]))
 }

@@ -31,10 +31,13 @@ pub trait Many: Copy + Debug {
     fn sooner_of(self, other: Self) -> Self;
     /// [`Lane::later`].
     fn later_of(self, other: Self) -> Self;
-    /// [`Lane::beyond`].
-    fn which_beyond(self, other: Self) -> u16;
-    /// The same, eight by eight; of the second there may be none.
+    /// [`Lane::beyond`], eight by eight; of the second there may be none.
     fn eights_beyond(self, other: Self) -> [u8; 2];
+    /// The same in one.
+    #[inline(always)]
+    fn which_beyond(self, other: Self) -> u16 {
+        u16::from_le_bytes(self.eights_beyond(other))
+    }
 }
 
 impl<L: Lane> Many for L {
@@ -68,10 +71,6 @@ impl<L: Lane> Many for L {
     #[inline(always)]
     fn later_of(self, other: L) -> L {
         Lane::later(self, other)
-    }
-    #[inline(always)]
-    fn which_beyond(self, other: L) -> u16 {
-        Lane::beyond(self, other).into()
     }
     #[inline(always)]
     fn eights_beyond(self, other: L) -> [u8; 2] {
@@ -116,13 +115,10 @@ impl Many for f32x16 {
         cast(cast::<_, i32x16>(self).max(cast(other)))
     }
     #[inline(always)]
-    fn which_beyond(self, other: Self) -> u16 {
-        cast::<_, i32x16>(self).simd_gt(cast::<_, i32x16>(other)).to_bitmask() as u16
-    }
-    #[inline(always)]
     fn eights_beyond(self, other: Self) -> [u8; 2] {
         if AT_ONCE {
-            return self.which_beyond(other).to_le_bytes();
+            let beyond = cast::<_, i32x16>(self).simd_gt(cast::<_, i32x16>(other));
+            return (beyond.to_bitmask() as u16).to_le_bytes();
         }
         let ([a, b], [c, d]): ([f32x8; 2], [f32x8; 2]) = (cast(self), cast(other));
         [Lane::beyond(a, c), Lane::beyond(b, d)]
@@ -186,11 +182,6 @@ impl Many for Two<f64x8> {
     #[inline(always)]
     fn later_of(self, other: Self) -> Self {
         Self::by_eights(|n| Lane::later(self.0[n], other.0[n]))
-    }
-    #[inline(always)]
-    fn which_beyond(self, other: Self) -> u16 {
-        let [low, high] = [0, 1].map(|n| Lane::beyond(self.0[n], other.0[n]));
-        u16::from_le_bytes([low, high])
     }
     #[inline(always)]
     fn eights_beyond(self, other: Self) -> [u8; 2] {

@@ -5,6 +5,7 @@
 //! `wide` picks its instructions when it is compiled, and some of its operations are traps for geometry, so only the
 //! sound ones are let through: no 12-bit reciprocals, no multiply-add whose rounding depends on the build.
 
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 mod four;
 mod many;
 mod mask;
@@ -130,12 +131,8 @@ pub fn choose(bits: u8, yes: &[u32; LANES], no: &[u32; LANES]) -> [u32; LANES] {
 /// By lane, a number from 0 to 3 by its two bits.
 #[inline(always)]
 pub fn of_two_bits(low: u8, high: u8) -> [u32; LANES] {
-    let own = u32x8::from([1, 2, 4, 8, 16, 32, 64, 128]);
-    let worth = |bits: u8, worth: u32| {
-        let set = (own & u32x8::splat(bits.into())).simd_eq(own);
-        set & u32x8::splat(worth)
-    };
-    (worth(low, 1) | worth(high, 2)).to_array()
+    let worth = |bits: u8, worth: u32| Mask::from_bits(bits).keep(f32x8::splat(f32::from_bits(worth)));
+    (worth(low, 1) | worth(high, 2)).to_array().map(f32::to_bits)
 }
 
 /// `of_two` over eight, by pairs.
@@ -404,7 +401,10 @@ pub trait Lane:
     fn halves(self) -> [<Self::Scalar as Scalar>::Quad; 2];
 
     /// Lane `k` is number `which[k]` (0 to 3) of four: one instruction, or one for each half, where the machine has it.
-    fn of_four(four: &[Self::Scalar; QUAD], which: &[u32; LANES]) -> Self;
+    #[inline(always)]
+    fn of_four(four: &[Self::Scalar; QUAD], which: &[u32; LANES]) -> Self {
+        Self::from_fn(|k| four[which[k] as usize % QUAD])
+    }
 
     /// Lane `k` of row `i` becomes lane `i` of row `k`.
     fn transpose(rows: [Self; LANES]) -> [Self; LANES];
@@ -540,6 +540,7 @@ macro_rules! impl_lane {
             fn halves(self) -> [<$scalar as Scalar>::Quad; 2] {
                 bytemuck::cast(self)
             }
+            #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
             #[inline(always)]
             fn of_four(four: &[$scalar; QUAD], which: &[u32; LANES]) -> Self {
                 ($of_four)(four, which)
