@@ -26,12 +26,6 @@ impl<L: Lane> Mask<L> {
         Self(L::mask_from_bits(bits))
     }
 
-    /// Yes in the first `n` lanes.
-    #[inline(always)]
-    pub fn first(n: usize) -> Self {
-        Self::from_bits(if n >= 8 { !0 } else { (1 << n) - 1 })
-    }
-
     /// A bit per lane; lane 0 is the lowest.
     #[inline(always)]
     pub fn bits(self) -> u8 {

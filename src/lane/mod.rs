@@ -84,6 +84,12 @@ pub fn prefetch<T>(what: &T) {
     let _ = what;
 }
 
+/// The bits of the first `n` lanes; of all for more.
+#[inline(always)]
+pub fn first_lanes(n: usize) -> u8 {
+    if n >= LANES { !0 } else { (1 << n) - 1 }
+}
+
 /// The set bits of a byte, lowest first.
 #[inline(always)]
 pub fn bits(mask: u8) -> impl Iterator<Item = usize> {

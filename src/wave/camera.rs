@@ -5,7 +5,7 @@ use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
 use crate::csg::Scratch;
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8};
+use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8, first_lanes};
 use crate::scene::Projection;
 
 /// Edge of the blocks of pixels.
@@ -90,7 +90,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             sink: each_lane(|k| (number * LANES + k) as u32),
             level: [1; LANES],
             medium,
-            lanes: crate::lane::Mask::<S::Lane>::first(eight.len()).bits(),
+            lanes: first_lanes(eight.len()),
         };
         queue.push();
     }

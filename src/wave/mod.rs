@@ -38,7 +38,7 @@ pub use crate::bvh::{Occupancy, Traversal};
 use crate::compile::{Compiled, Kind, class};
 use crate::film::{Pixel, RayCounts};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
+use crate::lane::{LANES, Lane, Scalar, Vec3, first_lanes};
 use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
@@ -168,7 +168,7 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
                     dir: Vec3::from_fn(|k| ray(k).1.normalize()),
                 };
                 let lines = Lines { rays: lines, ..Lines::default() };
-                let lanes = Mask::<S::Lane>::first(eight.len()).bits();
+                let lanes = first_lanes(eight.len());
                 Query::new(&lines, S::Lane::lit(f64::INFINITY), lanes)
             })
             .collect();

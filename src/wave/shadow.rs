@@ -13,7 +13,7 @@ use super::sums::Sums;
 use super::trace::Tracer;
 use crate::bvh::{Run, Traversal};
 use crate::compile::Compiled;
-use crate::lane::{LANES, Lane, Mask, Scalar};
+use crate::lane::{LANES, Lane, Scalar, first_lanes};
 
 /// Buffers for shadow rays.
 pub struct ShadowTracer<S: Scalar> {
@@ -92,7 +92,7 @@ impl<S: Scalar> ShadowTracer<S> {
 fn regroup<L: Lane>(packets: &[Feelers<L>], order: &[u32], regrouped: &mut Vec<Feelers<L>>) {
     gather(order, regrouped, |packet, to, (from, lane)| packet.put(to, &packets[from], lane));
     for (packet, rays) in regrouped.iter_mut().zip(order.chunks(LANES)) {
-        packet.lanes = Mask::<L>::first(rays.len()).bits();
+        packet.lanes = first_lanes(rays.len());
     }
 }
 

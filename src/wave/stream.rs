@@ -8,7 +8,7 @@ use super::trace::Tracer;
 use crate::bvh::{GROUP, Occupancy, Traversal};
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, prefetch};
+use crate::lane::{LANES, Lane, Scalar, Vec3, bits, f32x8, f64x8, first_lanes, prefetch};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -256,9 +256,9 @@ fn trace_regrouped<S: Scalar, B: Scalar>(
     surface: &mut [SurfaceId],
 ) -> bool {
     let (first, len) = (first / LANES, surface.len());
-    let lanes = |rays: usize| Mask::<S::Lane>::first(rays).bits();
     let packets = &stream.packets[first..first + len.div_ceil(LANES)];
-    let starts = packets.iter().enumerate().map(|(k, packet)| (&packet.rays.origin, lanes(len - k * LANES)));
+    let starts =
+        packets.iter().enumerate().map(|(k, packet)| (&packet.rays.origin, first_lanes(len - k * LANES)));
     let Some(order) = regrouping.order(starts) else { return false };
     let lengths = (!stream.lengths.is_empty()).then(|| &stream.lengths[first..]);
     for group in order.chunks(scene.group_size() * LANES) {
@@ -272,7 +272,7 @@ fn trace_regrouped<S: Scalar, B: Scalar>(
         for ((packet, length), (query, rays)) in
             regrouped.iter().zip(queries.iter_mut().zip(group.chunks(LANES)))
         {
-            packet.aim(lengths.map(|_| length), lanes(rays.len()), scene.origin, query);
+            packet.aim(lengths.map(|_| length), first_lanes(rays.len()), scene.origin, query);
         }
         find_any(scene, tracer, queries);
         for (query, rays) in queries.iter().zip(group.chunks(LANES)) {
@@ -314,7 +314,7 @@ fn trace_group<S: Scalar, B: Scalar>(
     let half = group / 2;
     queries.resize(t.len().div_ceil(LANES), Query::default());
     for (k, query) in queries.iter_mut().enumerate() {
-        let lanes = Mask::<S::Lane>::first(t.len() - k * LANES).bits();
+        let lanes = first_lanes(t.len() - k * LANES);
         stream.aim(first / LANES + k, lanes, scene.origin, query);
         if k >= half {
             stream.prefetch(first / LANES + k + group - half);
