@@ -139,14 +139,17 @@ impl StreamPacket {
     #[inline(always)]
     fn aim<L: Lane>(&self, length: Option<&f64x8>, lanes: u8, origin: DVec3, query: &mut Query<L>) {
         let Self { rays, t_near, t_far } = self;
-        let from = rays.origin.cast::<f64x8>() - Vec3::splat(origin);
+        let mut from = rays.origin.cast();
+        if origin != DVec3::ZERO {
+            from = (rays.origin.cast::<f64x8>() - Vec3::splat(origin)).cast();
+        }
         let (mut dir, mut limits) = (rays.dir.cast(), [t_near.cast(), t_far.cast()]);
         if let Some(&length) = length {
             let inverse = f64x8::lit(1.0) / length;
             dir = rays.dir.cast::<f64x8>().map(|x| x * inverse).cast();
             limits = [t_near, t_far].map(|t| (t.to_f64s() * length).cast());
         }
-        query.aim_free(&Rays { origin: from.cast(), dir }, limits, lanes);
+        query.aim_free(&Rays { origin: from, dir }, limits, lanes);
     }
 
     /// Lengths of the directions.
@@ -324,16 +327,28 @@ fn trace_group<S: Scalar, B: Scalar>(
         RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
         RayQuery::Any => find_any(scene, tracer, queries),
     }
-    // (Whole packets by themselves: to copy a number of hits that is not known is a call.)
-    let ((t, last_t), (surface, last_surface)) = (t.as_chunks_mut(), surface.as_chunks_mut());
-    if let Some(query) = queries.get(t.len()) {
-        last_t.copy_from_slice(&query.t.lanes()[..last_t.len()]);
-        last_surface.copy_from_slice(&query.surface[..last_surface.len()]);
+    for k in 0..half.min(queries.len()) {
+        stream.prefetch(first / LANES + k + group + half);
     }
-    for (k, (query, (t, surface))) in queries.iter().zip(t.iter_mut().zip(surface)).enumerate() {
-        if k < half {
-            stream.prefetch(first / LANES + k + group + half);
-        }
-        (*t, *surface) = (*query.t.lanes(), query.surface);
+    each_row(queries, surface, |query| &query.surface);
+    if stream.query == RayQuery::Closest {
+        each_row(queries, t, |query| query.t.lanes());
+    }
+}
+
+/// Copies what queries have of their rays to the rays' rows. (Whole packets by themselves: to copy a number of rows that is not known is
+/// a call.)
+#[inline(always)]
+fn each_row<L: Lane, T: Copy>(
+    queries: &[Query<L>],
+    rows: &mut [T],
+    of: impl for<'a> Fn(&'a Query<L>) -> &'a [T; LANES],
+) {
+    let (whole, last) = rows.as_chunks_mut::<LANES>();
+    if let Some(query) = queries.get(whole.len()) {
+        last.copy_from_slice(&of(query)[..last.len()]);
+    }
+    for (query, rows) in queries.iter().zip(whole) {
+        *rows = *of(query);
     }
 }
