@@ -13,18 +13,22 @@ pub(super) struct Alive<B: Scalar, const N: usize> {
     first: [[usize; LANES]; N],
     /// Packets with one at least.
     pub packets: Packets,
+    /// All rays of all packets are.
+    all: bool,
 }
 
 impl<B: Scalar, const N: usize> Alive<B, N> {
     #[inline(always)]
     pub fn of(packets: &[Packet<B>]) -> Self {
-        let mut alive = Self { live: [[Mask::all_set(); LANES]; N], first: [[0; LANES]; N], packets: 0 };
+        let (live, first) = ([[Mask::all_set(); LANES]; N], [[0; LANES]; N]);
+        let mut alive = Self { live, first, packets: 0, all: true };
         for (half, eight) in packets.chunks(LANES).enumerate().take(N) {
             for (k, packet) in eight.iter().enumerate() {
                 let live = packet.far.ge(B::Lane::zero());
                 alive.live[half][k] = live;
                 alive.first[half][k] = live.bits().trailing_zeros() as usize & (LANES - 1);
                 alive.packets |= Packets::from(live.any()) << (LANES * half + k);
+                alive.all &= live.all();
             }
         }
         alive
@@ -35,32 +39,34 @@ impl<B: Scalar, const N: usize> Alive<B, N> {
     fn ends(&self, packets: &[Packet<B>], column: impl Fn(&Packet<B>) -> &B::Lane) -> Ends<B, N> {
         let [mut least, mut most] = [[B::Lane::zero(); N]; 2];
         for half in 0..N {
-            let columns = columns(packets, half, |k, packet| {
-                let x = column(packet);
-                // (In which all rays live would be guessed.)
-                self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]))
-            });
+            // (Asked once of the group: in which of its packets all rays live would be guessed.)
+            let columns = if self.all {
+                columns(packets, half, |_, packet| *column(packet))
+            } else {
+                columns(packets, half, |k, packet| {
+                    let x = column(packet);
+                    self.live[half][k].select(*x, B::Lane::splat(x.lanes()[self.first[half][k]]))
+                })
+            };
             least[half] = folded(columns, B::Lane::min);
             most[half] = folded(columns, B::Lane::max);
         }
         [least, most]
     }
 
-    /// The least and the most of a number over the live rays of the packets of `which`.
+    /// By axis, the least and the most of where the live rays of the packets of `which` really start.
     #[inline(always)]
-    fn ends_of_all(
-        &self,
-        packets: &[Packet<B>],
-        which: Packets,
-        column: impl Fn(&Packet<B>) -> &B::Lane,
-    ) -> [f64; 2] {
-        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY].map(B::Lane::lit);
+    fn eyes(&self, packets: &[Packet<B>], which: Packets) -> [[f64; 2]; 3] {
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| [B::Lane::lit(x); 3]);
         for k in each_packet(which) {
-            let (live, x) = (self.live[k / LANES][k % LANES], *column(&packets[k]));
-            least = live.select(least.min(x), least);
-            most = live.select(most.max(x), most);
+            let (live, eye) = (&self.live[k / LANES][k % LANES], &packets[k].eye);
+            for ((least, most), &x) in least.iter_mut().zip(&mut most).zip(eye) {
+                let (low, high) = (least.min(x), most.max(x));
+                (*least, *most) =
+                    if self.all { (low, high) } else { (live.select(low, *least), live.select(high, *most)) };
+            }
         }
-        [lowest(least), highest(most)].map(B::to_f64)
+        [0, 1, 2].map(|axis| [lowest(least[axis]), highest(most[axis])].map(B::to_f64))
     }
 }
 
@@ -90,9 +96,11 @@ pub(super) struct Directions<B: Scalar, const N: usize> {
 }
 
 impl<B: Scalar, const N: usize> Directions<B, N> {
-    /// Of `packets`, at least one.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>) -> Self {
-        Self { inverse: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.inverse[axis])) }
+    /// Become those of `packets`, at least one.
+    pub fn bound(&mut self, packets: &[Packet<B>], alive: &Alive<B, N>) {
+        for (axis, ends) in self.inverse.iter_mut().enumerate() {
+            *ends = alive.ends(packets, |packet| &packet.inverse[axis]);
+        }
     }
 
     /// By axis, the packets all of whose rays go backward; and packets whose rays go several ways.
@@ -128,7 +136,7 @@ fn spread<B: Scalar>(inverse: [[B; 2]; 3]) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds<B: Scalar, const N: usize> {
     origin: [Ends<B, N>; 3],
-    inverse: [Ends<B, N>; 3],
+    pub directions: Directions<B, N>,
 }
 
 /// Starts that lie within so many roundings of their coordinates and of the bounds' widths are one: then bounds over a
@@ -139,21 +147,27 @@ pub(super) struct Bounds<B: Scalar, const N: usize> {
 const COMMON_ROUNDINGS: f64 = 16.0;
 
 impl<B: Scalar, const N: usize> Bounds<B, N> {
-    /// Of packets by their own starts.
-    pub fn of(packets: &[Packet<B>], alive: &Alive<B, N>, directions: &Directions<B, N>) -> Self {
-        Self {
-            origin: [0, 1, 2].map(|axis| alive.ends(packets, |packet| &packet.origin[axis])),
-            inverse: directions.inverse,
+    /// Of no rays. (It is large, and so filled in in place.)
+    #[inline(always)]
+    pub fn none() -> Self {
+        let none = [[[B::Lane::zero(); N]; 2]; 3];
+        Self { origin: none, directions: Directions { inverse: none } }
+    }
+
+    /// Takes packets by their own starts.
+    pub fn start_apart(&mut self, packets: &[Packet<B>], alive: &Alive<B, N>) {
+        for (axis, ends) in self.origin.iter_mut().enumerate() {
+            *ends = alive.ends(packets, |packet| &packet.origin[axis]);
         }
     }
 
-    /// The same by the start that the packets of `which` have in common, if they do; and how far off that may be.
-    pub fn common(
+    /// Takes the packets of `which` by the start that they have in common, if they do: how far off that may be.
+    pub fn start_together(
+        &mut self,
         bvh: &Bvh<B>,
         (packets, alive): (&[Packet<B>], &Alive<B, N>),
         which: Packets,
-        directions: &Directions<B, N>,
-    ) -> Option<(Self, B)> {
+    ) -> Option<B> {
         let width = (bvh.bounds.max - bvh.bounds.min).max_element();
         // Rays that are no camera's mostly start far apart, which the first and the last tell.
         let (first, last) = (which.trailing_zeros() as usize, which.checked_ilog2()? as usize);
@@ -164,7 +178,7 @@ impl<B: Scalar, const N: usize> Bounds<B, N> {
         if (one - other).abs().max_element() > (reach + width) * (2.0 * COMMON_ROUNDINGS * B::UNIT_ROUNDOFF) {
             return None;
         }
-        let eye = [0, 1, 2].map(|axis| alive.ends_of_all(packets, which, |packet| &packet.eye[axis]));
+        let eye = alive.eyes(packets, which);
         let reach = eye.iter().fold(0.0f64, |reach, [a, b]| reach.max(a.abs()).max(b.abs()));
         let pad = (reach + width) * (COMMON_ROUNDINGS * B::UNIT_ROUNDOFF);
         if !eye.iter().all(|[least, most]| most - least <= pad) {
@@ -172,23 +186,23 @@ impl<B: Scalar, const N: usize> Bounds<B, N> {
         }
         let pad = B::from_f64(pad);
         let lanes = B::Lane::splat(pad);
-        let origin = eye.map(|ends| {
+        self.origin = eye.map(|ends| {
             let [least, most] = ends.map(|x| B::Lane::splat(B::from_f64(x)));
             [[least - lanes; N], [most + lanes; N]]
         });
-        Some((Self { origin, inverse: directions.inverse }, pad))
+        Some(pad)
     }
 
     /// Around the packets whose bit is set.
     pub fn around(&self, which: Packets) -> Interval<B> {
         let both = |ends| around(which, ends);
-        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
+        Interval { origin: self.origin.map(both), inverse: self.directions.inverse.map(both) }
     }
 
     /// One packet's.
     pub fn lane(&self, packet: usize) -> Interval<B> {
         let both = |ends: Ends<B, N>| ends.map(|x| x[packet / LANES].lanes()[packet % LANES]);
-        Interval { origin: self.origin.map(both), inverse: self.inverse.map(both) }
+        Interval { origin: self.origin.map(both), inverse: self.directions.inverse.map(both) }
     }
 
     /// The packets as what is held against boxes.
@@ -196,7 +210,7 @@ impl<B: Scalar, const N: usize> Bounds<B, N> {
         let line = |axis: usize, late: bool| {
             let negative = octant >> axis & 1 == 1;
             let origin = &self.origin[axis][usize::from(negative == late)];
-            let inverse = &self.inverse[axis][usize::from(negative != late)];
+            let inverse = &self.directions.inverse[axis][usize::from(negative != late)];
             (M::of(|half| inverse[half]), M::of(|half| -(origin[half] * inverse[half])))
         };
         Units { soon: [0, 1, 2].map(|axis| line(axis, false)), late: [0, 1, 2].map(|axis| line(axis, true)) }

@@ -4,7 +4,7 @@
 //! Slab tests choose their near and far planes by the octant's signs; that they lose no box is the business of
 //! [`Bvh::slack`]. What happens in leaves is the caller's ([`Visit`]).
 
-use super::bounds::{Alive, Bounds, Directions, Interval};
+use super::bounds::{Alive, Bounds, Interval};
 use super::eights::{GROUP, HALVES, each_packet};
 use super::group::{Group, OnePacket, walk_group, walk_packet};
 use super::packet::{Frame, Packet};
@@ -119,7 +119,9 @@ fn walk_eights<B: Scalar, M: Many<Eight = B::Lane>, const N: usize>(
 ) {
     let alive = Alive::<B, N>::of(packets);
     let mut waiting = alive.packets;
-    let directions = Directions::of(packets, &alive);
+    let mut bounds = Bounds::<B, N>::none();
+    bounds.directions.bound(packets, &alive);
+    let directions = &bounds.directions;
     let (backward, mixed) = directions.octants();
     let mut apart = waiting & mixed;
     if switches.streams {
@@ -140,9 +142,14 @@ fn walk_eights<B: Scalar, M: Many<Eight = B::Lane>, const N: usize>(
     if waiting == 0 {
         return;
     }
-    let common = Bounds::common(bvh, (packets, &alive), waiting, &directions);
-    let frame = if common.is_some() { Frame::Common } else { Frame::Own };
-    let (bounds, pad) = common.unwrap_or_else(|| (Bounds::of(packets, &alive, &directions), B::default()));
+    let (frame, pad) = match bounds.start_together(bvh, (packets, &alive), waiting) {
+        Some(pad) => (Frame::Common, pad),
+        None => {
+            bounds.start_apart(packets, &alive);
+            (Frame::Own, B::default())
+        }
+    };
+    let directions = &bounds.directions;
     while waiting != 0 {
         let first = waiting.trailing_zeros();
         let (mut octant, mut group) = (0u8, waiting);
