@@ -105,22 +105,23 @@ impl<S: Scalar> Center<S> {
         !self.parted
     }
 
-    /// The lines about it of rays, one packet after the other; it then takes in those of the lanes given.
+    /// Puts into `lines` the lines about it of rays, one packet after the other; it then takes in those of the lanes given.
     #[inline(always)]
-    pub fn each_lines<'a>(
+    pub fn take_in<'a>(
         &mut self,
         packets: impl Iterator<Item = (&'a Rays<S::Lane>, u8)>,
-        mut with: impl FnMut(PluckerLines),
+        lines: &mut [PluckerLines],
     ) {
         let at = DVec3::from_array(self.at.map(S::to_f64));
         let (mut starts, mut gaps) = (f32x8::zero(), f32x8::zero());
-        for (rays, lanes) in packets {
+        for ((rays, lanes), lines) in packets.zip(lines) {
             let from: Vec3<f32x8> = (rays.origin - Vec3::splat(at)).cast();
             let dir: Vec3<f32x8> = rays.dir.cast();
             let (moment, lanes) = (from.cross(dir), Mask::from_bits(lanes));
-            starts = lanes.keep(from.dot(from)).max(starts);
-            gaps = lanes.keep(moment.dot(moment)).max(gaps);
-            with(PluckerLines { dir: [dir.x, dir.y, dir.z], moment: [moment.x, moment.y, moment.z] });
+            // (NaN is not kept.)
+            starts = Lane::max(lanes.keep(from.fused_dot(from)), starts);
+            gaps = Lane::max(lanes.keep(moment.fused_dot(moment)), gaps);
+            (lines.dir, lines.moment) = ([dir.x, dir.y, dir.z], [moment.x, moment.y, moment.z]);
         }
         let gap = highest(gaps).sqrt();
         self.reach = highest(starts).sqrt();
@@ -395,7 +396,7 @@ mod tests {
             let met = Center::where_meet([(&rays, 0), (&rays, LANES - 1)]).filter(|_| ends == Ends::Light);
             let mut center = met.unwrap_or_else(|| Center::<L::Scalar>::at_start(&rays));
             let mut lines = PluckerLines::default();
-            center.each_lines([(&rays, !0)].into_iter(), |of_rays| lines = of_rays);
+            center.take_in([(&rays, !0)].into_iter(), std::slice::from_mut(&mut lines));
             common += u32::from(center.is_common());
             let pair = LinePairs::of([&PluckerLines::default(), &lines]);
             let rows = 0..1;

@@ -35,7 +35,7 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     /// By packet, what is see-through in the way of its shadow rays.
     ways: &'a mut [InTheWay; GROUP],
     /// How its packets' rays see corners.
-    views: &'a Views<S>,
+    views: &'a Views<'a, S>,
     /// What has blocked a shadow ray last.
     pub blocker: Option<Run>,
     /// What was tested, if that is counted.
@@ -141,7 +141,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     #[inline(always)]
     pub fn new(
         scene: &'a Geometry<S, B>,
-        (queries, views): (&'a mut [Query<S::Lane>], &'a Views<S>),
+        (queries, views): (&'a mut [Query<S::Lane>], &'a Views<'a, S>),
         filter: u8,
         (buffers, stretches): (&'a mut LeafBuffers<B>, &'a mut [Option<Stretch>]),
         ways: &'a mut [InTheWay; GROUP],

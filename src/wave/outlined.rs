@@ -17,7 +17,7 @@ pub struct Outlined<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     pub rows: Rows<'a>,
     pub packets: &'a mut [Packet<B>],
     pub queries: &'a mut [Query<S::Lane>],
-    pub views: &'a Views<S>,
+    pub views: &'a Views<'a, S>,
     pub count: &'a mut C,
 }
 

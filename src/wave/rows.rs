@@ -2,26 +2,25 @@
 
 use super::outlined::Outlined;
 use super::query::Query;
-use crate::bvh::{Count, GROUP, Packet, Packets, Run, each_packet};
+use crate::bvh::{Count, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose, first_and_last};
-use smallvec::SmallVec;
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
-pub struct Views<S: Scalar> {
+pub struct Views<'a, S: Scalar> {
     /// The rays as lines, by packet, and what about.
-    pub lines: SmallVec<[PluckerLines; GROUP]>,
+    pub lines: &'a mut Vec<PluckerLines>,
     pub center: Center<S>,
     /// Packets with rays that start on a surface.
     starting: Packets,
 }
 
-impl<S: Scalar> Views<S> {
-    /// Of no rays.
+impl<'a, S: Scalar> Views<'a, S> {
+    /// Of no rays, with room for their lines.
     #[inline(always)]
-    pub fn none() -> Self {
-        Self { lines: SmallVec::new(), center: Center::default(), starting: 0 }
+    pub fn none(lines: &'a mut Vec<PluckerLines>) -> Self {
+        Self { lines, center: Center::default(), starting: 0 }
     }
 
     /// Becomes those of the rays of `queries`. Where all of them go `to_light`, which is tried, that is what they are seen from: their
@@ -40,7 +39,6 @@ impl<S: Scalar> Views<S> {
                 if self.center.is_common() {
                     return;
                 }
-                self.lines.clear();
             }
         }
         self.see_from(Center::at_start(&first.rays), queries);
@@ -49,8 +47,10 @@ impl<S: Scalar> Views<S> {
     #[inline(always)]
     fn see_from(&mut self, center: Center<S>, queries: &[Query<S::Lane>]) {
         self.center = center;
-        let rays = queries.iter().map(|query| (&query.rays, query.lanes));
-        self.center.each_lines(rays, |lines| self.lines.push(lines));
+        if self.lines.len() < queries.len() {
+            self.lines.resize(queries.len(), PluckerLines::default());
+        }
+        self.center.take_in(queries.iter().map(|query| (&query.rays, query.lanes)), self.lines);
     }
 }
 
@@ -203,7 +203,7 @@ pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     pub which: Packets,
     pub packets: &'a mut [Packet<B>],
     pub queries: &'a mut [Query<S::Lane>],
-    pub views: &'a Views<S>,
+    pub views: &'a Views<'a, S>,
     pub count: &'a mut C,
 }
 

@@ -9,6 +9,7 @@ use super::sharpen::sharpen;
 use crate::bvh::{Count, GROUP, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Geometry, class};
 use crate::csg::Stretch;
+use crate::kernel::PluckerLines;
 use crate::lane::{Lane, Scalar};
 
 /// Buffers for tracing, one set a thread.
@@ -19,6 +20,8 @@ pub struct Tracer<B: Scalar> {
     buffers: LeafBuffers<B>,
     /// By packet, its rays as composites' bounds see them, once one has asked.
     stretches: Vec<Option<Stretch>>,
+    /// By packet, its rays as triangles see them.
+    lines: Vec<PluckerLines>,
     /// By packet of the last rays that any hit ends, what is see-through on the way.
     ways: [InTheWay; GROUP],
     traversal: Traversal,
@@ -100,7 +103,7 @@ impl<B: Scalar> Tracer<B> {
         filter: u8,
         (suspect, cones): (&mut Option<Run>, Option<&Cones>),
     ) -> C {
-        let Self { stack, packets, buffers, stretches, ways, traversal, .. } = self;
+        let Self { stack, packets, buffers, stretches, lines, ways, traversal, .. } = self;
         if !scene.instances.is_empty() {
             buffers.inner.get_or_insert_with(|| Box::new(Self::with(*traversal)));
         }
@@ -109,7 +112,7 @@ impl<B: Scalar> Tracer<B> {
         }
         stretches.clear();
         stretches.resize_with(queries.len(), || None);
-        let mut views = Views::none();
+        let mut views = Views::none(lines);
         if scene.has_triangles() {
             views.see(queries, ANY);
         }
