@@ -56,8 +56,15 @@ impl<B: Scalar> Packet<B> {
         let roundings = DISTANCE_ROUNDINGS * B::UNIT_ROUNDOFF;
         let start = t_in * B::Lane::lit(1.0 - roundings);
         if start.gt(B::Lane::zero()).any() {
-            let t = start.to_f64s();
-            let moved = |o: L, d: L| B::Lane::from_f64s(o.to_f64s() + d.to_f64s() * t);
+            // (Where the machine multiplies and adds at once nothing but the sum is rounded.)
+            let at_once = cfg!(target_feature = "fma") && L::Scalar::UNIT_ROUNDOFF == B::UNIT_ROUNDOFF;
+            let moved = |o: L, d: L| {
+                if at_once {
+                    d.cast::<B::Lane>().fused(start, o.cast())
+                } else {
+                    B::Lane::from_f64s(o.to_f64s() + d.to_f64s() * start.to_f64s())
+                }
+            };
             own = [moved(origin.x, dir.x), moved(origin.y, dir.y), moved(origin.z, dir.z)];
         }
         self.offset = [0, 1, 2].map(|axis| -(own[axis] * inverse[axis]));
