@@ -52,6 +52,7 @@ struct StreamPacket {
 
 /// What a stream's rays hit, row by row.
 pub struct StreamHits<S> {
+    /// How far off; of rays that only ask whether anything is there, nothing is written.
     t: Vec<S>,
     surface: Vec<SurfaceId>,
 }
@@ -330,16 +331,16 @@ fn trace_group<S: Scalar, B: Scalar>(
     for k in 0..half.min(queries.len()) {
         stream.prefetch(first / LANES + k + group + half);
     }
-    each_row(queries, surface, |query| &query.surface);
+    copy_to_rows(queries, surface, |query| &query.surface);
     if stream.query == RayQuery::Closest {
-        each_row(queries, t, |query| query.t.lanes());
+        copy_to_rows(queries, t, |query| query.t.lanes());
     }
 }
 
 /// Copies what queries have of their rays to the rays' rows. (Whole packets by themselves: to copy a number of rows that is not known is
 /// a call.)
 #[inline(always)]
-fn each_row<L: Lane, T: Copy>(
+fn copy_to_rows<L: Lane, T: Copy>(
     queries: &[Query<L>],
     rows: &mut [T],
     of: impl for<'a> Fn(&'a Query<L>) -> &'a [T; LANES],
