@@ -30,6 +30,7 @@ mod sphere;
 mod torus;
 mod triangle;
 mod univariate;
+mod zeros;
 
 pub use aabb::Aabb;
 pub use aabox::Boxes;

@@ -9,6 +9,7 @@
 use super::frame::{Frames, narrowed, widened};
 use super::polytope::{HalfSpace, Quadric};
 use super::univariate::{Step, Univariate, steps};
+use super::zeros::around_zeros;
 use super::{Aabb, Block, Left, Looking, OwnSpace, Rays, Solid, Surfaces, first_beyond, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f64x8};
 use crate::scene::{Polynomial, Transform};
@@ -21,12 +22,35 @@ use std::sync::Arc;
 pub struct Polynomials<S> {
     frames: Frames<S>,
     polynomial: Vec<Arc<Polynomial>>,
-    /// How each is summed up along rays.
-    steps: Vec<Arc<[Step]>>,
-    /// Of order 2, what spares that.
+    /// What is made of each once for all its copies.
+    made: Vec<Arc<Made>>,
+    /// Of order 2, what spares summing it up.
     quadric: Vec<Option<Quadric>>,
     bounds: Vec<Aabb>,
 }
+
+/// What a polynomial is, wherever it stands.
+#[derive(Debug)]
+struct Made {
+    /// How it is summed up along rays.
+    steps: Vec<Step>,
+    /// Around all that is inside, if that is known to have an end.
+    around: Aabb,
+}
+
+impl Made {
+    fn new(polynomial: &Polynomial, quadric: Option<&Quadric>) -> Self {
+        let steps = steps(polynomial);
+        let around = match quadric {
+            Some(quadric) => quadric.bounds_in(Aabb::INFINITE),
+            None => around_zeros(polynomial, &steps),
+        };
+        Self { steps, around }
+    }
+}
+
+/// Among so many surfaces before it a new one is looked for: copies mostly come one after the other, or by turns.
+const COPIES_WITHIN: usize = 16;
 
 /// Crossings farther than this from the closest point to the middle, in own space, are not looked for (POV-Ray's
 /// greatest distance).
@@ -134,26 +158,28 @@ impl<S: Scalar> Polynomials<S> {
     /// Adds the image of a surface.
     pub fn push(&mut self, world_from_object: &Transform, polynomial: &Arc<Polynomial>) {
         self.frames.push(world_from_object);
-        // Copies of one surface mostly come one after the other.
-        let steps = match (self.polynomial.last(), self.steps.last()) {
-            (Some(last), Some(steps)) if Arc::ptr_eq(last, polynomial) => steps.clone(),
-            _ => steps(polynomial).into(),
-        };
-        self.steps.push(steps);
-        self.polynomial.push(polynomial.clone());
         let quadric = quadric(polynomial);
-        let own = quadric.map_or(Aabb::INFINITE, |quadric| quadric.bounds_in(Aabb::INFINITE));
-        self.quadric.push(quadric);
+        let before = self.polynomial.iter().zip(&self.made).rev().take(COPIES_WITHIN);
+        let same = before.into_iter().find(|(other, _)| Arc::ptr_eq(other, polynomial));
+        let made =
+            same.map_or_else(|| Arc::new(Made::new(polynomial, quadric.as_ref())), |(_, made)| made.clone());
+        let own = made.around;
         self.bounds.push(match own.is_finite() {
             true => self.frames.bounds(self.bounds.len(), own.center(), (own.max - own.min) * 0.5),
             false => Aabb::INFINITE,
         });
+        self.made.push(made);
+        self.polynomial.push(polynomial.clone());
+        self.quadric.push(quadric);
     }
 
-    /// The scene vouches for the bounds of the last row.
+    /// The scene vouches for the bounds of the last row. Where these turn out too small what stands out of them is seen, too, by
+    /// rays that meet them, as in POV-Ray.
     pub fn bound_last(&mut self, bounds: Aabb) {
-        if let Some(last) = self.bounds.last_mut() {
-            *last = last.intersection(bounds);
+        if let Some(last) = self.bounds.last_mut()
+            && bounds.intersection(*last) != *last
+        {
+            *last = bounds;
         }
     }
 
@@ -211,7 +237,7 @@ impl<S: Scalar> Polynomials<S> {
             Some(quadric) => Univariate::quadratic(along_quadric(quadric, origin, dir)),
             None => {
                 let mut along = Univariate::zero();
-                along.go_along(&self.steps[i], origin, dir, false);
+                along.go_along(&self.made[i].steps, origin, dir, false);
                 along
             }
         };
@@ -339,7 +365,7 @@ impl<S: Scalar> Polynomials<S> {
         let dir =
             own.dir.abs() * inv + start * (f64x8::lit(1.0) / most) + turn * (f64x8::lit(1.0) / most_turn);
         let mut terms = Univariate::<N>::zero();
-        terms.go_along(&self.steps[i], own.origin.abs(), dir, true);
+        terms.go_along(&self.made[i].steps, own.origin.abs(), dir, true);
         // The sums themselves: as many roundings as a term has factors, and some.
         let roundings = f64x8::lit(8.0 * terms.len as f64 * f64::UNIT_ROUNDOFF);
         terms.c[2] * most + terms.c[1] * (most_turn + roundings)
@@ -474,7 +500,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     fn permute(&mut self, order: &[u32]) {
         self.frames.permute(order);
         self.polynomial = order.iter().map(|&i| self.polynomial[i as usize].clone()).collect();
-        self.steps = order.iter().map(|&i| self.steps[i as usize].clone()).collect();
+        self.made = order.iter().map(|&i| self.made[i as usize].clone()).collect();
         self.quadric = permuted(&self.quadric, order);
         self.bounds = permuted(&self.bounds, order);
     }
