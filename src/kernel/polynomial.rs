@@ -159,10 +159,9 @@ impl<S: Scalar> Polynomials<S> {
     pub fn push(&mut self, world_from_object: &Transform, polynomial: &Arc<Polynomial>) {
         self.frames.push(world_from_object);
         let quadric = quadric(polynomial);
-        let before = self.polynomial.iter().zip(&self.made).rev().take(COPIES_WITHIN);
-        let same = before.into_iter().find(|(other, _)| Arc::ptr_eq(other, polynomial));
-        let made =
-            same.map_or_else(|| Arc::new(Made::new(polynomial, quadric.as_ref())), |(_, made)| made.clone());
+        let mut before = self.polynomial.iter().zip(&self.made).rev().take(COPIES_WITHIN);
+        let same = before.find(|(other, _)| *other == polynomial).map(|(_, made)| made.clone());
+        let made = same.unwrap_or_else(|| Arc::new(Made::new(polynomial, quadric.as_ref())));
         let own = made.around;
         self.bounds.push(match own.is_finite() {
             true => self.frames.bounds(self.bounds.len(), own.center(), (own.max - own.min) * 0.5),

@@ -75,11 +75,83 @@ pub(super) fn steps(polynomial: &Polynomial) -> Vec<Step> {
     steps
 }
 
+/// What a polynomial is summed up in.
+pub(super) trait Sum: Sized {
+    /// What x, y and z are.
+    type Unknown: Copy;
+
+    /// Adds a constant.
+    fn add(&mut self, c: f64);
+
+    /// Times an unknown.
+    fn times(&mut self, unknown: Self::Unknown);
+
+    /// Adds another, of which nothing is left.
+    fn take(&mut self, other: &mut Self);
+}
+
+/// Sums up a polynomial of x, y and z in the first of three sums of which there is nothing yet; constants by way of `signed`.
+#[inline(always)]
+pub(super) fn sum_up<S: Sum>(
+    steps: &[Step],
+    [x, y, z]: [S::Unknown; 3],
+    in_x: &mut S,
+    [mut in_y, mut in_z]: [S; 2],
+    signed: impl Fn(f64) -> f64,
+) {
+    for step in steps {
+        match *step {
+            Step::ConstantZ(c) => in_z.add(signed(c)),
+            Step::ConstantY(c) => in_y.add(signed(c)),
+            Step::ConstantX(c) => in_x.add(signed(c)),
+            Step::TimesZ => in_z.times(z),
+            Step::TimesY => in_y.times(y),
+            Step::TimesX => in_x.times(x),
+            Step::ToY => in_y.take(&mut in_z),
+            Step::ToX => in_x.take(&mut in_y),
+        }
+    }
+}
+
 /// A polynomial in one unknown per lane: `c[k]` belongs to the `k`th power, `len` of them are in use.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Univariate<const N: usize> {
     pub(super) c: [f64x8; N],
     pub(super) len: usize,
+}
+
+impl<const N: usize> Sum for Univariate<N> {
+    /// `origin + s dir`, by those two.
+    type Unknown = (f64x8, f64x8);
+
+    #[inline(always)]
+    fn add(&mut self, c: f64) {
+        let c = f64x8::splat(c);
+        self.c[0] = if self.len > 0 { self.c[0] + c } else { c };
+        self.len = self.len.max(1);
+    }
+
+    #[inline(always)]
+    fn times(&mut self, (origin, dir): Self::Unknown) {
+        // Loops of known length are laid out flat, and most are short.
+        match self.len {
+            0 => {}
+            1 => self.times_up_to(1, origin, dir),
+            2 => self.times_up_to(2, origin, dir),
+            3 => self.times_up_to(3, origin, dir),
+            4 => self.times_up_to(4, origin, dir),
+            len => self.times_up_to(len, origin, dir),
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, other: &mut Self) {
+        for k in 0..other.len {
+            self.c[k] = if k < self.len { self.c[k] + other.c[k] } else { other.c[k] };
+        }
+        self.len = self.len.max(other.len);
+        other.len = 0;
+    }
 }
 
 impl<const N: usize> Univariate<N> {
@@ -95,20 +167,6 @@ impl<const N: usize> Univariate<N> {
         Self { c, len: 3 }
     }
 
-    /// Times `origin + s dir`.
-    #[inline(always)]
-    pub(super) fn times(&mut self, origin: f64x8, dir: f64x8) {
-        // Loops of known length are laid out flat, and most are short.
-        match self.len {
-            0 => {}
-            1 => self.times_up_to(1, origin, dir),
-            2 => self.times_up_to(2, origin, dir),
-            3 => self.times_up_to(3, origin, dir),
-            4 => self.times_up_to(4, origin, dir),
-            len => self.times_up_to(len, origin, dir),
-        }
-    }
-
     #[inline(always)]
     fn times_up_to(&mut self, len: usize, origin: f64x8, dir: f64x8) {
         self.c[len] = self.c[len - 1] * dir;
@@ -119,23 +177,6 @@ impl<const N: usize> Univariate<N> {
         self.len = len + 1;
     }
 
-    /// Adds a constant.
-    #[inline(always)]
-    fn add(&mut self, c: f64x8) {
-        self.c[0] = if self.len > 0 { self.c[0] + c } else { c };
-        self.len = self.len.max(1);
-    }
-
-    /// Adds another, of which nothing is left.
-    #[inline(always)]
-    pub(super) fn take(&mut self, other: &mut Self) {
-        for k in 0..other.len {
-            self.c[k] = if k < self.len { self.c[k] + other.c[k] } else { other.c[k] };
-        }
-        self.len = self.len.max(other.len);
-        other.len = 0;
-    }
-
     /// Becomes, from nothing, a polynomial along the line, or what its terms' magnitudes sum to.
     pub(super) fn go_along(
         &mut self,
@@ -144,21 +185,9 @@ impl<const N: usize> Univariate<N> {
         dir: Vec3<f64x8>,
         magnitudes: bool,
     ) {
-        let in_x = self;
-        let (mut in_y, mut in_z) = (Self::zero(), Self::zero());
-        let signed = |c: f64| f64x8::splat(if magnitudes { c.abs() } else { c });
-        for step in steps {
-            match *step {
-                Step::ConstantZ(c) => in_z.add(signed(c)),
-                Step::ConstantY(c) => in_y.add(signed(c)),
-                Step::ConstantX(c) => in_x.add(signed(c)),
-                Step::TimesZ => in_z.times(origin.z, dir.z),
-                Step::TimesY => in_y.times(origin.y, dir.y),
-                Step::TimesX => in_x.times(origin.x, dir.x),
-                Step::ToY => in_y.take(&mut in_z),
-                Step::ToX => in_x.take(&mut in_y),
-            }
-        }
+        let unknowns = [(origin.x, dir.x), (origin.y, dir.y), (origin.z, dir.z)];
+        let signed = |c: f64| if magnitudes { c.abs() } else { c };
+        sum_up(steps, unknowns, self, [Self::zero(); 2], signed);
     }
 
     /// Lanes in which a quadratic or a quartic is surely of one sign: most rays miss. Of a quartic, with the sign of its first

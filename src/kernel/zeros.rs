@@ -5,10 +5,10 @@
 //! polynomial summed up along it, to find no root.
 
 use super::Aabb;
-use super::univariate::Step;
+use super::univariate::{Step, Sum, sum_up};
 use crate::lane::{LANES, Lane, Vec3, bits, f64x8};
 use crate::scene::Polynomial;
-use glam::{BVec3, DVec3};
+use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -76,13 +76,13 @@ fn dominated(polynomial: &Polynomial) -> Option<DVec3> {
             return None;
         }
     }
+    // In whole numbers, as it matters whether `s` is 1.
+    let whole: usize = lead.iter().map(|l| l.0).product();
     let (mut level, mut lower) = (0.0, Vec::new());
     for (powers, c) in terms {
         if c > 0.0 && powers.iter().all(|power| power % 2 == 0) {
             continue;
         }
-        // In whole numbers, as it matters whether the sum is 1.
-        let whole: usize = lead.iter().map(|l| l.0).product();
         let share: usize = powers.iter().zip(lead).map(|(power, l)| power * (whole / l.0)).sum();
         let strength = powers.iter().zip(lead).fold(c.abs(), |strength, (&power, (highest, a))| {
             strength * a.powf(-(power as f64) / highest as f64)
@@ -117,44 +117,36 @@ struct Range {
     size: f64x8,
 }
 
-impl Range {
+impl Sum for Range {
+    /// The two ends that it lies between.
+    type Unknown = [f64x8; 2];
+
     fn add(&mut self, c: f64) {
         let (c, magnitude) = (f64x8::splat(c), f64x8::splat(c.abs()));
         (self.low, self.high, self.size) = (self.low + c, self.high + c, self.size + magnitude);
     }
 
-    /// Times an unknown between two ends.
-    fn times(&mut self, [from, to]: [f64x8; 2]) {
+    fn times(&mut self, [from, to]: Self::Unknown) {
         let ends = [self.low * from, self.low * to, self.high * from, self.high * to];
         self.low = Lane::min(Lane::min(ends[0], ends[1]), Lane::min(ends[2], ends[3]));
         self.high = Lane::max(Lane::max(ends[0], ends[1]), Lane::max(ends[2], ends[3]));
         self.size *= Lane::max(Lane::abs(from), Lane::abs(to));
     }
 
-    /// Adds another, of which nothing is left.
     fn take(&mut self, other: &mut Self) {
         let Self { low, high, size } = std::mem::take(other);
         (self.low, self.high, self.size) = (self.low + low, self.high + high, self.size + size);
     }
+}
 
+impl Range {
     /// Of the polynomial that `steps` sum up.
     fn of(steps: &[Step], boxes: &[Aabb; LANES]) -> Self {
         let [low, high] = [Vec3::from_fn(|k| boxes[k].min), Vec3::from_fn(|k| boxes[k].max)];
-        let [x, y, z] = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
-        let (mut in_x, mut in_y, mut in_z) = (Self::default(), Self::default(), Self::default());
-        for step in steps {
-            match *step {
-                Step::ConstantZ(c) => in_z.add(c),
-                Step::ConstantY(c) => in_y.add(c),
-                Step::ConstantX(c) => in_x.add(c),
-                Step::TimesZ => in_z.times(z),
-                Step::TimesY => in_y.times(y),
-                Step::TimesX => in_x.times(x),
-                Step::ToY => in_y.take(&mut in_z),
-                Step::ToX => in_x.take(&mut in_y),
-            }
-        }
-        in_x
+        let unknowns = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
+        let mut range = Self::default();
+        sum_up(steps, unknowns, &mut range, [Self::default(); 2], |c| c);
+        range
     }
 
     /// Boxes in which the polynomial is surely above or below 0 all over.
@@ -203,11 +195,10 @@ fn farthest(steps: &[Step], around: &Aabb, most: usize, reach: impl Fn(&Aabb) ->
             return Some(reach);
         }
         let middle = within.center();
-        let eight: [Aabb; LANES] = std::array::from_fn(|k| {
-            let upper = BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0);
-            let min = DVec3::select(upper, middle, within.min);
-            Aabb { min, max: DVec3::select(upper, within.max, middle) }
-        });
+        let mut eight = [within; LANES];
+        for (part, corner) in eight.iter_mut().zip(within.corners()) {
+            *part = Aabb::of([middle, corner]);
+        }
         let left = !Range::of(steps, &eight).is_not_zero();
         boxes.extend(bits(left).map(|k| waiting(eight[k & (LANES - 1)])));
     }
