@@ -4,7 +4,7 @@ use super::looks::LooksOfMeshes;
 use super::shapes::{given_bounds, is_flat, push, push_mesh};
 use super::{Columns, Kind, Look, Tag, WithBlock, class, turn_ranks};
 use crate::csg::{Constraint, CsgNode, CsgTree, NodeKind, Part};
-use crate::kernel::{Aabb, Block, HalfSpace, Solid, bounds_of};
+use crate::kernel::{Aabb, Ball, Block, HalfSpace, Solid, bounds_of};
 use crate::scene::{CsgOp, Flags, Mesh, Object, Shape, Transform};
 use std::ops::Range;
 use std::sync::Arc;
@@ -201,6 +201,34 @@ impl Extents {
     }
 }
 
+/// What is simple among nodes that are intersected.
+#[derive(Default)]
+struct Simple {
+    half_spaces: Vec<HalfSpace>,
+    /// Rows of what may be quadrics.
+    quadrics: Vec<usize>,
+    balls: Vec<Ball>,
+}
+
+impl Simple {
+    /// So many balls are held against each other and against planes: what they share is small then.
+    const MOST_BALLS: usize = 8;
+
+    /// What of `bounds` is in domes and lenses that the balls make with planes and with each other.
+    fn balls_within(&self, mut bounds: Aabb) -> Aabb {
+        let balls = &self.balls[..self.balls.len().min(Self::MOST_BALLS)];
+        for (k, ball) in balls.iter().enumerate() {
+            for plane in &self.half_spaces {
+                bounds = bounds.intersection(ball.bounds_behind(plane));
+            }
+            for other in &balls[..k] {
+                bounds = bounds.intersection(ball.bounds_with(other));
+            }
+        }
+        bounds
+    }
+}
+
 /// A composite as it is taken apart.
 struct Apart<'a> {
     all: &'a mut Composites,
@@ -273,7 +301,7 @@ impl Apart<'_> {
             numbers.push(number);
         }
         if join == Join::All {
-            bounds = bounds.map(|bounds| self.between_planes(&numbers, bounds));
+            bounds = bounds.map(|bounds| self.within_all(&numbers, bounds));
         }
         let list = self.list(&numbers);
         let kind = match join {
@@ -344,45 +372,56 @@ impl Apart<'_> {
             bounds = bounds.intersection(b);
             numbers.push(clip);
         }
-        bounds = self.between_planes(&numbers, bounds);
+        bounds = self.within_all(&numbers, bounds);
         let list = self.list(&numbers);
         let number = self.push_node(NodeKind::All(list));
         self.all.csg.nodes[number as usize].cuttable = 1;
         (number, bounds)
     }
 
-    /// `bounds`, or, if these have no end, what planes and quadrics among `nodes` leave of them: all of what is bounded lies in each of these.
-    fn between_planes(&self, nodes: &[u32], bounds: Aabb) -> Aabb {
+    /// What of `bounds` what is simple among `nodes` leaves: all of what is bounded lies in each of these. Of balls it is boxes of
+    /// their domes and lenses; where there are no ends, what lies between planes and in quadrics.
+    fn within_all(&self, nodes: &[u32], bounds: Aabb) -> Aabb {
+        if bounds.is_empty() {
+            return bounds;
+        }
+        let mut simple = Simple::default();
+        self.simple(nodes, &mut simple);
+        let bounds = simple.balls_within(bounds);
         if bounds.is_finite() || bounds.is_empty() {
             return bounds;
         }
-        let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).collect();
-        let mut quadrics = Vec::new();
-        self.half_spaces(nodes, &mut half_spaces, &mut quadrics);
-        for row in quadrics {
+        let mut half_spaces: Vec<_> = HalfSpace::of_box(bounds).chain(simple.half_spaces).collect();
+        for row in simple.quadrics {
             let more = self.all.parts.polynomials.half_spaces(row, &half_spaces);
             half_spaces.extend(more);
         }
         bounds.intersection(bounds_of(&half_spaces))
     }
 
-    /// The half spaces among nodes that are intersected, and rows of what may be quadrics.
-    fn half_spaces(&self, nodes: &[u32], half_spaces: &mut Vec<HalfSpace>, quadrics: &mut Vec<usize>) {
+    /// Adds what is simple among nodes that are intersected.
+    fn simple(&self, nodes: &[u32], simple: &mut Simple) {
         let Composites { csg, parts, .. } = &*self.all;
         for &number in nodes {
             let node = &csg.nodes[number as usize];
             match &node.kind {
-                NodeKind::All(list) if !node.inverted => {
-                    self.half_spaces(csg.list(list), half_spaces, quadrics)
-                }
+                NodeKind::All(list) if !node.inverted => self.simple(csg.list(list), simple),
                 NodeKind::Part(part) => {
                     let Part { kind, row, .. } = csg.parts[*part as usize];
                     let row = row as usize;
                     if kind == Kind::Polynomial as u8 && !node.inverted {
-                        quadrics.push(row);
-                    } else if let Some(Solid::HalfSpace { normal, foot }) = parts.with(kind, SolidOf(row)) {
-                        let normal = if node.inverted { -normal } else { normal };
-                        half_spaces.push(HalfSpace { normal, at: normal.dot(foot) });
+                        simple.quadrics.push(row);
+                        continue;
+                    }
+                    match parts.with(kind, SolidOf(row)) {
+                        Some(Solid::HalfSpace { normal, foot }) => {
+                            let normal = if node.inverted { -normal } else { normal };
+                            simple.half_spaces.push(HalfSpace { normal, at: normal.dot(foot) });
+                        }
+                        Some(Solid::Ball { center, radius }) if !node.inverted => {
+                            simple.balls.push(Ball { center, radius });
+                        }
+                        _ => {}
                     }
                 }
                 _ => {}

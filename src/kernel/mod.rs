@@ -10,6 +10,7 @@
 
 mod aabb;
 mod aabox;
+mod ball;
 mod coin;
 mod cone;
 mod disc;
@@ -34,6 +35,7 @@ mod zeros;
 
 pub use aabb::Aabb;
 pub use aabox::Boxes;
+pub use ball::Ball;
 pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
 pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
