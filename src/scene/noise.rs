@@ -78,34 +78,42 @@ const LATTICE_EDGE: f64 = 1.0 - 1e-10;
 /// Cells from here on have no noise: their numbers would overflow, and coordinates have no fraction left anyway.
 pub const LATTICE_END: f64 = 1e15;
 
-/// The index of a cell's coordinate along an axis, `0..PERIOD`.
+/// A cell's coordinate along an axis so that [`index`] finds it.
 #[inline(always)]
-pub fn index(cell: f64) -> u16 {
-    (cell + (LATTICE_SHIFT + IN_LAST_BITS)).to_bits() as u16 % PERIOD as u16
+pub fn shifted<T: Number>(cell: T) -> T {
+    cell + (LATTICE_SHIFT + IN_LAST_BITS)
+}
+
+/// The index of a cell's [`shifted`] coordinate, `0..PERIOD`.
+#[inline(always)]
+pub fn index(shifted: f64) -> u32 {
+    shifted.to_bits() as u32 % PERIOD as u32
 }
 
 impl Lattice {
-    /// Where in [`NOISE_TABLE`] the functions of a cell's corners begin: the corner that is far along the axes whose bits (1 for
-    /// x, 2 for y, 4 for z) its index has. (Of a cell beyond [`LATTICE_END`] anything.)
+    /// Where in [`NOISE_TABLE`] the functions of a cell's corners begin, given the cell's [`index`] by axis: the corner that is far
+    /// along the axes whose bits (1 for x, 2 for y, 4 for z) its index has. (Of a cell beyond [`LATTICE_END`] anything.)
     #[inline(always)]
-    pub fn corners(&self, cell: [f64; 3]) -> [u8; 8] {
-        let [x, y, z] = cell.map(index);
-        let edges = self.edges(x, y);
-        std::array::from_fn(|corner| self.first(&edges, z, corner))
+    pub fn corners(&self, [x, y, z]: [u32; 3]) -> [u8; 8] {
+        // The cell's four edges along z.
+        let along_x = [self.hash(x), self.hash(x + 1)];
+        let edges: [u32; 4] = std::array::from_fn(|k| self.hash(along_x[k & 1] ^ (y + (k as u32 >> 1))));
+        std::array::from_fn(|corner| {
+            let number = edges[corner & 3] ^ (z + (corner as u32 >> 2));
+            self.first[usize::from(number as u16)]
+        })
     }
 
-    /// The numbers of a cell's four edges along z.
+    /// The same of a cell by its coordinates.
     #[inline(always)]
-    pub fn edges(&self, x: u16, y: u16) -> [u16; 4] {
-        let hash = |number: u16| self.hash[usize::from(number)];
-        let along_x = [hash(x), hash(x + 1)];
-        std::array::from_fn(|k| hash(along_x[k & 1] ^ (y + (k >> 1) as u16)))
+    pub fn corners_of(&self, cell: [f64; 3]) -> [u8; 8] {
+        self.corners(cell.map(|c| index(shifted(c))))
     }
 
-    /// Where the functions of a corner begin, on one of these edges.
+    /// (In 32 bits: what is read from the table needs no widening before it is the next index.)
     #[inline(always)]
-    pub fn first(&self, edges: &[u16; 4], z: u16, corner: usize) -> u8 {
-        self.first[usize::from(edges[corner & 3] ^ (z + (corner >> 2) as u16))]
+    fn hash(&self, number: u32) -> u32 {
+        u32::from(self.hash[usize::from(number as u16)])
     }
 }
 
@@ -245,7 +253,7 @@ pub fn of_corner<V: Copy>(sides: &[[V; 2]; 3], corner: usize) -> [V; 3] {
 
 /// Constant and slopes of the random linear function that begins at a number.
 #[inline(always)]
-pub fn function(first: usize) -> [f64; 4] {
+fn function(first: usize) -> [f64; 4] {
     std::array::from_fn(|k| NOISE_TABLE[first + k])
 }
 
@@ -292,7 +300,7 @@ pub fn sums_at<const N: usize>(p: [f64; 3]) -> [f64; N] {
     if !cell.iter().all(|c| c.abs() < LATTICE_END) {
         return [f64::NAN; N];
     }
-    let (within, corners) = (Within::new(p, cell), LATTICE.corners(cell));
+    let (within, corners) = (Within::new(p, cell), LATTICE.corners_of(cell));
     let mut sums = [0.0; N];
     for (corner, first) in corners.into_iter().enumerate() {
         let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));

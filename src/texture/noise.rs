@@ -5,8 +5,8 @@
 //! side by side in a table of their own, so that they are one sum of vectors without anything to be put in order; single ones are
 //! turned, four points at a time.
 
-use crate::lane::{LANES, Lane, Mask, columns, f64x4, f64x8};
-use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, function, index, of_corner};
+use crate::lane::{LANES, Lane, Mask, columns, each_lane, f64x4, f64x8};
+use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, index, of_corner, shifted};
 use std::sync::LazyLock;
 
 /// Numbers of the functions that a corner's may begin at.
@@ -14,8 +14,8 @@ const FIRST: usize = 256;
 
 /// The functions that begin at a number. As vectors, since of plain numbers the compiler would make vectors anew, one by one.
 struct Functions {
-    /// Of a single one half of its constant, and its slopes along x, y and z.
-    single: [f64x4; FIRST],
+    /// Of a single one half of its constant, and its slopes along x, y and z. (The third of three begins 8 later than the first.)
+    single: [f64x4; FIRST + 8],
     /// Of three functions (the fourth lane is idle) halves of the constants,
     constants: [f64x4; FIRST],
     /// and the slopes: neighbours overlap, the one along x of one is that along y of the one before.
@@ -76,43 +76,42 @@ fn shared(cell: &[f64x8; 3]) -> Option<[f64; 3]> {
 
 #[inline(always)]
 fn in_one_cell<const N: usize>(cell: [f64; 3], within: &Within<f64x8>) -> [f64x8; N] {
+    let functions = &**FUNCTIONS;
     let mut sums = [f64x8::ZERO; N];
-    for (corner, first) in LATTICE.corners(cell).into_iter().enumerate() {
+    for (corner, first) in LATTICE.corners_of(cell).into_iter().enumerate() {
         let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));
         for (n, sum) in sums.iter_mut().enumerate() {
-            let [constant, a, b, c] = function(usize::from(first) + 4 * n);
-            *sum += weight * (<f64x8 as Lane>::splat(constant * 0.5) + x * a + y * b + z * c);
+            let [half, a, b, c] = functions.single[usize::from(first) + 4 * n].to_array();
+            *sum += weight * (<f64x8 as Lane>::splat(half) + x * a + y * b + z * c);
         }
     }
     sums
 }
 
-/// Where the functions of the corners begin: by corner, lane by lane.
+/// Where the functions of the corners begin: lane by lane, by corner.
 #[inline(always)]
-fn corners(cell: [f64x8; 3]) -> [[u8; LANES]; 8] {
-    let (lattice, indices) = (&*LATTICE, cell.map(|c| c.to_array().map(index)));
-    let mut corners = [[0; LANES]; 8];
-    for k in 0..LANES {
-        // (Axis by axis: where the three are copied to an array first the whole takes a quarter longer.)
-        let (x, y, z) = (indices[0][k], indices[1][k], indices[2][k]);
-        let edges = lattice.edges(x, y);
-        for (corner, firsts) in corners.iter_mut().enumerate() {
-            firsts[k] = lattice.first(&edges, z, corner);
-        }
-    }
-    corners
+fn corners(cell: [f64x8; 3]) -> [[u8; 8]; LANES] {
+    let (lattice, [x, y, z]) = (&*LATTICE, cell.map(|c| shifted(c).to_array()));
+    each_lane(|k| lattice.corners([index(x[k]), index(y[k]), index(z[k])]))
 }
 
 #[inline(always)]
 fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
     let (corners, functions) = (corners(cell), &**FUNCTIONS);
-    let from = within.from.map(|sides| sides.map(Lane::to_array));
-    let weights: [_; 8] = std::array::from_fn(|corner| within.weight(corner).to_array());
+    // (Laid down once, in loops: what is handed on by value, or mapped, is copied for each lane.)
+    let (mut from, mut weights) = ([[[0.0; LANES]; 2]; 3], [[0.0; LANES]; 8]);
+    for (from, sides) in from.iter_mut().flatten().zip(within.from.iter().flatten()) {
+        *from = sides.to_array();
+    }
+    for (corner, weights) in weights.iter_mut().enumerate() {
+        *weights = within.weight(corner).to_array();
+    }
     let mut rows = [f64x4::ZERO; LANES];
     for (k, sum) in rows.iter_mut().enumerate() {
-        let from = from.map(|sides| sides.map(|side| f64x4::splat(side[k])));
+        let sides = |axis: usize| [0, 1].map(|side| f64x4::splat(from[axis][side][k]));
+        let from = [sides(0), sides(1), sides(2)];
         for corner in 0..8 {
-            let first = usize::from(corners[corner][k]);
+            let first = usize::from(corners[k][corner]);
             let [x, y, z] = of_corner(&from, corner);
             let [a, b, c] = [1, 2, 3].map(|n| functions.slopes[first + n]);
             *sum += f64x4::splat(weights[corner][k]) * (functions.constants[first] + a * x + b * y + c * z);
@@ -125,11 +124,12 @@ fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
 #[inline(always)]
 fn one_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> f64x8 {
     let (corners, functions) = (corners(cell), &**FUNCTIONS);
+    let function = |k: usize, corner: usize| functions.single[usize::from(corners[k][corner])];
     let mut sum = f64x8::ZERO;
-    for (corner, firsts) in corners.into_iter().enumerate() {
+    for corner in 0..8 {
         let [x, y, z] = within.from_corner(corner);
-        let [constant, a, b, c] = columns(firsts.map(|first| functions.single[usize::from(first)]));
-        sum += within.weight(corner) * (constant + a * x + b * y + c * z);
+        let [half, a, b, c] = columns(each_lane(|k| function(k, corner)));
+        sum += within.weight(corner) * (half + a * x + b * y + c * z);
     }
     sum
 }
