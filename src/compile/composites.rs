@@ -379,8 +379,8 @@ impl Apart<'_> {
         (number, bounds)
     }
 
-    /// What of `bounds` what is simple among `nodes` leaves: all of what is bounded lies in each of these. Of balls it is boxes of
-    /// their domes and lenses; where there are no ends, what lies between planes and in quadrics.
+    /// What is left of `bounds` of something that lies in all of `nodes`: by the domes and lenses of balls among these and, where it has
+    /// no end yet, by planes and quadrics.
     fn within_all(&self, nodes: &[u32], bounds: Aabb) -> Aabb {
         if bounds.is_empty() {
             return bounds;

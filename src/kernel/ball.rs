@@ -20,7 +20,7 @@ impl Ball {
     /// Around what of it lies behind `plane`: in each direction the ball's own end if that does, otherwise the end of the circle where
     /// the plane cuts it.
     pub fn bounds_behind(&self, plane: &HalfSpace) -> Aabb {
-        let &Self { center, radius } = self;
+        let (&Self { center, radius }, own) = (self, self.bounds());
         let reach = center.abs().max_element() + radius + plane.at.abs();
         let at = plane.at + reach * ROOM;
         // How far the middle lies before the plane.
@@ -29,7 +29,7 @@ impl Ball {
             return Aabb::EMPTY;
         }
         if height <= -radius {
-            return self.bounds();
+            return own;
         }
         let circle = ((radius - height) * (radius + height)).sqrt();
         let (middle, wide) =
@@ -38,7 +38,6 @@ impl Ball {
         // The ball's ends: `radius` along an axis, forward and backward.
         let sinks = plane.normal * radius + height;
         let rises = plane.normal * radius - height;
-        let own = self.bounds();
         Aabb {
             min: DVec3::select(rises.cmpge(DVec3::ZERO), own.min, middle - wide),
             max: DVec3::select(sinks.cmple(DVec3::ZERO), own.max, middle + wide),
