@@ -60,6 +60,8 @@ pub struct Decision<P> {
     pub(super) others: P,
     /// Those of them that are out of the question where others are missed: see [`Rule::mates`].
     pub(super) dependent: P,
+    /// Parts that are asked for their crossings.
+    pub(super) asked: P,
     /// Parts whose surface can be seen.
     pub(super) seen: P,
     /// Around all parts, in eights: a stretch of [`CsgTree::capsules`]. None if parts other than required ones are few.
@@ -236,6 +238,9 @@ impl CsgTree {
             self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
         }
         let dependent = parts(&|number| !own.by_part[(number - first) as usize].mates.is_empty());
+        let asked = parts(&|number| {
+            matches!(own.by_part[(number - first) as usize].body, Body::Asked | Body::AskedWhole)
+        });
         let decision = Decision {
             middle,
             size: (size * (1.0 + BALL_ROOM)) as f32,
@@ -246,6 +251,7 @@ impl CsgTree {
             required,
             others,
             dependent: others & dependent,
+            asked,
             seen: parts(&|number| self.parts[number as usize].seen),
             capsules: first_block..self.capsules.len() as u32,
             first_rule,

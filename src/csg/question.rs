@@ -9,7 +9,7 @@ use super::parts::PartSet;
 use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Sketch};
 use super::{Composite, CsgTree, NodeKind, Side, slice};
-use crate::kernel::Rays;
+use crate::kernel::{Looking, Rays};
 use crate::lane::{Lane, Mask, Vec3, f32x8, f64x8};
 
 /// Eight rays from their points nearest to the middle of a composite.
@@ -148,6 +148,12 @@ impl Window {
         }
     }
 
+    /// Lanes that look, and from where to where.
+    #[inline(always)]
+    fn within(&self) -> (u8, [f32x8; 2]) {
+        (self.live, [self.low, self.high])
+    }
+
     /// Looks no farther than what a part lies between: whether anything is left.
     #[inline(always)]
     fn narrow(&mut self, [enter, leave]: [f32x8; 2]) -> bool {
@@ -212,17 +218,22 @@ impl CsgTree {
         sketch: &mut Sketch,
         window: &mut Window,
     ) -> bool {
-        for part in question.plan.required.each() {
-            if !self.bracket(part, question, sketch, |between| window.narrow(between)) {
-                return false;
-            }
-            let on = question.on(part) & window.live;
-            if on != 0 {
-                // Whoever leaves it here has left the whole.
-                let [enters, leaves] = window.own_ends(sketch.of(part).ends());
-                window.live &= !(on & leaves & !enters);
-                if window.live == 0 {
+        let Decision { required, asked, .. } = question.plan;
+        // What takes longest is left what the rest leaves.
+        for these in [*required & !*asked, *required & *asked] {
+            for part in these.each() {
+                let within = window.within();
+                if !self.bracket(part, question, (sketch, within), |between| window.narrow(between)) {
                     return false;
+                }
+                let on = question.on(part) & window.live;
+                if on != 0 {
+                    // Whoever leaves it here has left the whole.
+                    let [enters, leaves] = window.own_ends(sketch.of(part).ends());
+                    window.live &= !(on & leaves & !enters);
+                    if window.live == 0 {
+                        return false;
+                    }
                 }
             }
         }
@@ -257,7 +268,8 @@ impl CsgTree {
                         continue;
                     }
                 }
-                if self.bracket(part, question, sketch, |between| window.shows(between)) {
+                let within = window.within();
+                if self.bracket(part, question, (sketch, within), |between| window.shows(between)) {
                     near = near | P::of(part);
                 }
             }
@@ -274,13 +286,13 @@ impl CsgTree {
         blocks.iter().enumerate().map(met).fold(P::default(), |near, these| near | these)
     }
 
-    /// Brackets a part, if after a look at the grown body `go_on` says so.
+    /// Brackets a part as far as rays look, if after a look at the grown body `go_on` says so.
     #[inline(always)]
     fn bracket<P: PartSet>(
         &self,
         part: u32,
         question: &Question<P, impl PartRoots>,
-        sketch: &mut Sketch,
+        (sketch, (live, ends)): (&mut Sketch, (u8, [f32x8; 2])),
         go_on: impl FnOnce([f32x8; 2]) -> bool,
     ) -> bool {
         let &Question { first, plan, rules, rays, lines, source, .. } = question;
@@ -288,7 +300,9 @@ impl CsgTree {
         let ask = |whole: bool| {
             let (number, start) = (first + part, crossings.len());
             let bracket = if whole {
-                let (_, from_inside) = source.roots(number, rays, crossings);
+                let [from, to] = ends.map(|end| end.to_f64s() + lines.shift);
+                let looking = Looking { from, to, lanes: live, any: false };
+                let from_inside = source.between(number, rays, &looking, crossings);
                 Bracket::of_endless(&crossings[start..], from_inside, lines.shift, lines.pad)
             } else {
                 source.crossings(number, rays, crossings);

@@ -3,7 +3,7 @@
 use super::bracket::Bracket;
 use super::cull::{NOT_NEAR, Near};
 use super::plan::MOST_PARTS;
-use crate::kernel::Rays;
+use crate::kernel::{Looking, Rays};
 use crate::lane::f64x8;
 use std::ops::Range;
 
@@ -12,6 +12,9 @@ pub trait PartRoots {
     /// Surface crossings and boundary crossings (both into the list given, surface first; no boundary crossings: the same),
     /// how many are surface, and the lanes that are inside at minus infinity.
     fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8);
+    /// Where inside and outside change between two distances, and perhaps elsewhere: of a part whose surface is its whole boundary.
+    /// And the lanes that are inside before all of this.
+    fn between(&self, part: u32, rays: &Rays<f64x8>, looking: &Looking<f64x8>, out: &mut Vec<f64x8>) -> u8;
     /// The surface crossings only.
     fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>);
     /// Asks the memory for a part that will soon be asked.

@@ -327,13 +327,15 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         Mask::none_set()
     }
 
-    /// Adds the crossings of [`Block::roots`] to `out`; says what [`Block::starts_inside`] does. NaN may stand anywhere.
+    /// Adds the crossings of [`Block::roots`] to `out`, NaN anywhere; says which lanes are inside before all of these. Of rays that only
+    /// look between two distances crossings elsewhere may be left out, and lanes that do not look may be told anything.
     #[inline(always)]
     fn cross(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        _looking: Option<&Looking<S::Lane>>,
         out: &mut Vec<S::Lane>,
     ) -> Mask<S::Lane> {
         out.extend_from_slice(self.roots(i, rays, left).as_ref());

@@ -140,6 +140,17 @@ impl<const N: usize> Ray<N> {
     }
 }
 
+/// Which roots are asked for.
+#[derive(Clone, Copy)]
+enum Wanted<'a, L> {
+    /// All.
+    All,
+    /// Those where rays look.
+    Between(&'a Looking<L>),
+    /// The first of these.
+    First(&'a Looking<L>),
+}
+
 /// The roots of polynomials along rays.
 struct Roots<const N: usize> {
     /// Rising, NaN where there is none.
@@ -150,7 +161,7 @@ struct Roots<const N: usize> {
     most: usize,
     /// Those at the start, if some rays start on the surface.
     starts: Option<[f64x8; 2]>,
-    /// Where the polynomial is negative before all its roots, if all are asked for.
+    /// Where the polynomial is negative before all of these, if not only the first is asked for.
     negative_before: Mask<f64x8>,
 }
 
@@ -243,45 +254,51 @@ impl<S: Scalar> Polynomials<S> {
         Ray { along, base, inv, grain: origin.abs().max_element() }
     }
 
-    /// The roots along rays, if there may be any; with `looking` only the first of them is sure to be there, and it is the last
-    /// that is.
+    /// The roots along rays; none if all lanes that look are known to have none.
     #[inline(always)]
     fn solved<const N: usize>(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
-        looking: Option<&Looking<S::Lane>>,
-    ) -> Option<Roots<N>> {
+        wanted: Wanted<S::Lane>,
+    ) -> Roots<N> {
+        let none = f64x8::lit(f64::NAN);
+        let nowhere =
+            |negative_before| Roots { t: [none; N], len: 0, most: 0, starts: None, negative_before };
         let own = self.own_rays(i, rays);
         let on = left.map_or(Mask::none_set(), |left| left.on.cast());
         let mut ray = self.ray::<N>(i, &own, on);
         let mut lanes = Mask::all_set();
-        if let Some(looking) = looking {
+        if let Wanted::Between(looking) | Wanted::First(looking) = wanted {
             // (Not so where the start is a root.)
             lanes = Mask::from_bits(looking.lanes) & (!ray.along.has_one_sign() | on);
             if lanes.none() {
-                return None;
+                return nowhere(ray.along.c[0].lt(f64x8::zero()));
             }
         }
         let (reach, sound) = ray.reach();
         let mut ends = [-reach, reach];
         lanes &= sound;
-        let negative_before = match looking {
-            None => ray.along.value(-reach).lt(f64x8::zero()) & sound,
-            Some(_) => Mask::none_set(),
-        };
-        if let Some(looking) = looking {
+        if let Wanted::Between(looking) | Wanted::First(looking) = wanted {
             // Wider by more than the roundings of this and of the distance that comes of a root.
             let [near, far] = [looking.from, looking.to].map(|t| t.to_f64s() / ray.inv);
             let room =
                 |s: f64x8| (s.abs() + ray.base.abs()) * f64x8::lit(RANGE_ROUNDINGS * f64::UNIT_ROUNDOFF);
             ends[0] = ((near - ray.base) - room(near)).max(ends[0]);
             ends[1] = ((far - ray.base) + room(far)).min(ends[1]);
-            lanes &= ends[0].le(ends[1]);
-            if lanes.none() {
-                return None;
+            if let Wanted::Between(_) = wanted {
+                // (At a root there is no telling which sign it has.)
+                ends[0] = on.select(-reach, ends[0]);
             }
+            lanes &= ends[0].le(ends[1]);
+        }
+        let negative_before = match wanted {
+            Wanted::All | Wanted::Between(_) => ray.along.value(ends[0]).lt(f64x8::zero()) & sound,
+            Wanted::First(_) => Mask::none_set(),
+        };
+        if lanes.none() && !matches!(wanted, Wanted::All) {
+            return nowhere(negative_before);
         }
         let most = ray.along.len.saturating_sub(1);
         let mut starts = None;
@@ -291,7 +308,6 @@ impl<S: Scalar> Polynomials<S> {
             ray.along.divide(on);
             let tangent = on & ray.along.c[0].abs().le(noise);
             ray.along.divide(tangent);
-            let none = f64x8::lit(f64::NAN);
             starts = Some([on.select(f64x8::zero(), none), tangent.select(f64x8::zero(), none)]);
             if (on | !lanes).all() {
                 // All have one root less.
@@ -299,30 +315,28 @@ impl<S: Scalar> Polynomials<S> {
             }
         }
         let seen = |root: f64x8| {
-            let t = S::Lane::from_f64s((ray.base + root) * ray.inv);
-            looking.map_or(Mask::none_set(), |looking| t.gt(looking.from).cast())
+            let Wanted::First(looking) = wanted else { return Mask::none_set() };
+            S::Lane::from_f64s((ray.base + root) * ray.inv).gt(looking.from).cast()
         };
         let mut t = ray.along.roots(ends, ray.grain, lanes, |root, crosses| !(crosses & seen(root)));
         let len = ray.along.len.saturating_sub(1);
         for s in &mut t[..len] {
             *s = (ray.base + *s) * ray.inv;
         }
-        Some(Roots { t, len, most, starts, negative_before })
+        Roots { t, len, most, starts, negative_before }
     }
 
-    /// All crossings, rising but for NaN; and where the polynomial is negative before all of them.
+    /// Crossings that are wanted, rising but for NaN; and where the polynomial is negative before all of them.
     #[inline(always)]
     fn crossings<const N: usize>(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        wanted: Wanted<S::Lane>,
         out: &mut impl Extend<S::Lane>,
     ) -> Mask<S::Lane> {
-        let Some(Roots { t, len, most, starts, negative_before }) = self.solved::<N>(i, rays, left, None)
-        else {
-            return Mask::none_set();
-        };
+        let Roots { t, len, most, starts, negative_before } = self.solved::<N>(i, rays, left, wanted);
         if let Some(starts) = starts {
             let mut all: SmallVec<[f64x8; 4]> = t[..len].iter().copied().collect();
             for start in starts {
@@ -344,10 +358,8 @@ impl<S: Scalar> Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        let roots = self.solved::<N>(i, rays, left, Some(looking));
-        roots.map_or(S::Lane::lit(f64::NAN), |Roots { t, len, .. }| {
-            first_beyond(t[..len].iter().map(|&t| S::Lane::from_f64s(t)), looking.from)
-        })
+        let Roots { t, len, .. } = self.solved::<N>(i, rays, left, Wanted::First(looking));
+        first_beyond(t[..len].iter().map(|&t| S::Lane::from_f64s(t)), looking.from)
     }
 
     /// Bounds the rounding of the polynomial's slope at the rays' starts, along unit directions in own space: what the
@@ -420,7 +432,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> Self::Roots {
         let mut all = SmallVec::new();
-        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, &mut all));
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, Wanted::All, &mut all));
         all
     }
 
@@ -431,9 +443,11 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        looking: Option<&Looking<S::Lane>>,
         out: &mut Vec<S::Lane>,
     ) -> Mask<S::Lane> {
-        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, out))
+        let wanted = looking.map_or(Wanted::All, Wanted::Between);
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, left, wanted, out))
     }
 
     #[inline]
@@ -454,7 +468,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
     /// Where the polynomial is negative, farther out than all its roots.
     fn starts_inside(&self, i: usize, rays: &Rays<S::Lane>) -> Mask<S::Lane> {
         let mut all = SmallVec::<[_; 4]>::new();
-        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, None, &mut all))
+        with_room!(self.polynomial[i].order(), N => self.crossings::<N>(i, rays, None, Wanted::All, &mut all))
     }
 
     fn resolve(

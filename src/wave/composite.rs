@@ -5,7 +5,7 @@ use super::rows::Prefetch;
 use crate::bvh::Run;
 use crate::compile::{Geometry, SurfaceId, WithBlock};
 use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
-use crate::kernel::{Block, Left, Rays};
+use crate::kernel::{Block, Left, Looking, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
 /// Tests a run of composites for rays that care for the classes of `filter`.
@@ -93,12 +93,17 @@ pub struct Parts<'a, S: Scalar, B: Scalar> {
 impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     #[inline]
     fn roots(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) -> (usize, u8) {
-        self.ask(part, rays, out, true)
+        self.ask(part, rays, out, (true, None))
+    }
+
+    #[inline]
+    fn between(&self, part: u32, rays: &Rays<f64x8>, looking: &Looking<f64x8>, out: &mut Vec<f64x8>) -> u8 {
+        self.ask(part, rays, out, (true, Some(looking))).1
     }
 
     #[inline]
     fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) {
-        self.ask(part, rays, out, false);
+        self.ask(part, rays, out, (false, None));
     }
 
     #[inline(always)]
@@ -127,14 +132,20 @@ impl<'a, S: Scalar, B: Scalar> Parts<'a, S, B> {
         Self { scene, left: &query.left, part: &query.part, starts }
     }
 
-    /// A part's crossings, with all else that is to be known of it if it is to be `full`.
+    /// A part's crossings, with all else that is to be known of it if it is to be `full`; perhaps only those where rays are `looking`.
     #[inline]
-    fn ask(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>, full: bool) -> (usize, u8) {
+    fn ask(
+        &self,
+        part: u32,
+        rays: &Rays<f64x8>,
+        out: &mut Vec<f64x8>,
+        (full, looking): (bool, Option<&Looking<f64x8>>),
+    ) -> (usize, u8) {
         let on = if self.starts { self.on(part) } else { 0 };
         let left = Left { on: Mask::from_bits(on), part: *self.part };
         let Part { kind, row, whole_skin, .. } = self.scene.csg.parts[part as usize];
         let (left, boundary) = ((on != 0).then_some(&left), full && !whole_skin);
-        self.scene.parts.with(kind, RootsOf { row: row as usize, rays, left, boundary, full, out })
+        self.scene.parts.with(kind, RootsOf { row: row as usize, rays, left, looking, boundary, full, out })
     }
 }
 
@@ -142,6 +153,7 @@ struct RootsOf<'a> {
     row: usize,
     rays: &'a Rays<f64x8>,
     left: Option<&'a Left<f64x8>>,
+    looking: Option<&'a Looking<f64x8>>,
     /// That of the boundary is wanted, where it is not the surface.
     boundary: bool,
     /// And where the rays come from.
@@ -154,9 +166,9 @@ impl WithBlock<f64> for RootsOf<'_> {
 
     #[inline(always)]
     fn block<K: Block<f64>>(self, block: &K) -> (usize, u8) {
-        let Self { row, rays, left, boundary, full, out } = self;
+        let Self { row, rays, left, looking, boundary, full, out } = self;
         let before = out.len();
-        let from_inside = block.cross(row, rays, left, out);
+        let from_inside = block.cross(row, rays, left, looking, out);
         let surface = out.len() - before;
         if K::SKIN_IS_PARTIAL && boundary {
             out.extend_from_slice(block.boundary(row, rays, left).as_ref());

@@ -3,7 +3,7 @@
 use crate::support::{Rng, lane_roots, packet};
 use glam::DVec3;
 use octray::kernel::{Block, Left, Looking, Polynomials, Rays, Spheres, Tori};
-use octray::lane::{LANES, Lane, Mask, f64x8};
+use octray::lane::{LANES, Lane, Mask, Vec3, f64x8};
 use octray::scene::{Polynomial, Transform};
 use std::sync::Arc;
 
@@ -171,4 +171,61 @@ fn what_touches_or_is_no_number_is_not_crossed() {
                 .is_empty()
         );
     }
+}
+
+/// Asked where rays are between two distances, what is inside there is as from end to end: also of rays that start on the surface,
+/// before, on and behind it.
+#[test]
+fn what_is_inside_between_two_distances_is_so_from_end_to_end() {
+    let saddle = polynomial(4, &[([3, 0, 0], 1.0), ([1, 2, 0], -3.0), ([0, 0, 1], -1.0)], 1.0);
+    let cone = polynomial(2, &[([2, 0, 0], 1.0), ([0, 2, 0], -1.0), ([0, 0, 2], 1.0)], 1.0);
+    let hollow = sphere(3, -1.0);
+    let place = placed();
+    let rng = &mut Rng(7);
+    let (mut inside, mut asked, mut spared, mut left_inside) = (0, 0, 0, 0);
+    for of in [saddle, cone, hollow, sphere(2, 2.0), torus()] {
+        let surface = one(&of, &place);
+        for round in 0..1000 {
+            let rays = rays(rng, &place, 3.0);
+            let first = surface.roots(0, &rays, None).as_ref().first().copied();
+            let first = first.unwrap_or(f64x8::lit(f64::NAN));
+            let on = Mask::from_bits(if round % 2 == 0 { 0 } else { 0b0110_0110 }) & first.equal(first);
+            let at = surface.resolve(&[0; LANES], on, &rays, on.keep(first));
+            let rays = Rays { origin: Vec3::select(on, at.point, rays.origin), dir: rays.dir };
+            let left = Left { on, part: at.part };
+            let left = on.any().then_some(&left);
+            let ends: [[f64; 2]; LANES] = std::array::from_fn(|_| {
+                let [from, to] = [(); 2].map(|()| rng.unit() * 4.0 - 2.0);
+                [from.min(to), from.max(to)]
+            });
+            let [from, to] = [0, 1].map(|k| f64x8::from_fn(|lane| ends[lane][k]));
+            let looking = Looking { from, to, lanes: !0, any: false };
+            let (mut all, mut some) = (Vec::new(), Vec::new());
+            let before_all = surface.cross(0, &rays, left, None, &mut all).bits();
+            let before_some = surface.cross(0, &rays, left, Some(&looking), &mut some).bits();
+            for (lane, &[from, to]) in ends.iter().enumerate() {
+                let (all, some) = (lane_roots(&all, lane), lane_roots(&some, lane));
+                let starts_here = on.bits() >> lane & 1 == 1;
+                for share in [0.01, 0.5, 0.99] {
+                    let t = from + share * (to - from);
+                    if all.iter().any(|root| (root - t).abs() < 1e-6) {
+                        continue;
+                    }
+                    let odd = |before: u8, roots: &[f64]| {
+                        (before >> lane & 1 == 1) ^ (roots.iter().filter(|root| **root < t).count() % 2 == 1)
+                    };
+                    assert_eq!(odd(before_some, &some), odd(before_all, &all), "{t}: {some:?} of {all:?}");
+                    asked += 1;
+                    inside += u32::from(odd(before_all, &all));
+                    left_inside += u32::from(starts_here && odd(before_all, &all));
+                }
+                spared += u32::from(some.len() < all.len());
+            }
+        }
+    }
+    assert!(
+        asked > 100_000 && inside > asked / 8 && left_inside > 1000,
+        "{inside}, {left_inside} of {asked}"
+    );
+    assert!(spared > 10_000, "{spared}");
 }
