@@ -5,6 +5,7 @@
 //! the shapes are grown and shrunk by is several times what rounding can move a ray or a shape by. So a place outside of
 //! the grown body is outside, one within the shrunk body is inside, and the true crossings lie between the two.
 
+use super::quadric::ConvexQuadric;
 use crate::kernel::{OwnSpace, Rays, Solid};
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use glam::DVec3;
@@ -64,6 +65,8 @@ pub enum Body {
     Cone(Map, f32, [f32; 2], [f32; 2]),
     /// Normal and distance from the middle.
     HalfSpace([f32; 3], [f32; 2]),
+    /// Convex, with or without an end.
+    Quadric(ConvexQuadric),
     /// Not known in single precision: its crossings must be asked for.
     #[default]
     Asked,
@@ -217,6 +220,10 @@ impl Body {
                 Some(Self::HalfSpace(single(*normal), [(at + by) as f32, (at - by) as f32]))
             }
             Solid::Other => None,
+            Solid::Quadric(space, quadric) => {
+                let convex = ConvexQuadric::new(space, quadric, middle, size);
+                Some(convex.map_or(Self::AskedWhole, Self::Quadric))
+            }
             Solid::Endless => Some(Self::AskedWhole),
         };
         grown.unwrap_or(Self::Asked)
@@ -273,6 +280,7 @@ impl Body {
                 };
                 bracket.put(ends, go_on)
             }
+            Self::Quadric(quadric) => bracket.put(quadric.ends(rays), go_on),
             Self::Asked | Self::AskedWhole => {
                 *bracket = asked(matches!(self, Self::AskedWhole));
                 go_on(bracket.outer)
@@ -374,10 +382,13 @@ fn between_ends(z: f32x8, dz: f32x8, ends: &[f32; 2]) -> impl Fn(usize, [f32x8; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Block, Boxes, ClosedCones, Cylinders, Ellipsoids, OrientedBoxes, Planes, Spheres};
+    use crate::kernel::{
+        Block, Boxes, ClosedCones, Cylinders, Ellipsoids, OrientedBoxes, Planes, Polynomials, Spheres,
+    };
     use crate::lane::LANES;
     use crate::random::Random;
-    use crate::scene::Transform;
+    use crate::scene::{Polynomial, Transform};
+    use std::sync::Arc;
 
     /// Crossings in double precision lie where the brackets say, and the brackets are narrow.
     fn check<B: Block<f64>>(push: impl Fn(&mut B, &mut Random, &Transform)) {
@@ -414,28 +425,22 @@ mod tests {
             let mut bracket = Bracket::default();
             assert!(body.bracket(&own, &mut bracket, |_| unreachable!(), |_| true));
             let roots = block.roots(0, &rays, None);
-            let (inside, inf) = (block.starts_inside(0, &rays), f64x8::lit(f64::INFINITY));
-            let here = |t: f64x8| (t - shift).to_array();
-            // A half space is entered or left at no end of the ray.
-            let [enter, leave] = match *roots.as_ref() {
-                [t] => {
-                    let flat = !t.equal(t);
-                    let (t, none) = (t.min(inf), f64x8::lit(f64::NAN));
-                    [inside.select(-inf, flat.select(none, t)), inside.select(t, flat.select(none, inf))]
-                }
-                [enter, leave] => [enter, leave],
-                _ => unreachable!(),
-            };
-            let (enter, leave) = (here(enter), here(leave));
+            let inside = block.starts_inside(0, &rays).bits();
+            let here: Vec<_> = roots.as_ref().iter().map(|&t| (t - shift).to_array()).collect();
             let ends = |k: usize, [a, b]: [f32x8; 2]| [a, b].map(|t| f64::from(t.to_array()[k]));
             for k in 0..LANES {
                 let ([a, d], [b, c]) = (ends(k, bracket.outer), ends(k, bracket.inner));
                 let within = |t: f64| t.clamp(-size, size);
-                if enter[k].is_nan() {
+                // (What has no end is entered or left there.)
+                let from = (inside >> k & 1 == 1).then_some(f64::NEG_INFINITY);
+                let met = here.iter().map(|t| t[k]).filter(|t| !t.is_nan());
+                let mut met = from.into_iter().chain(met).chain([f64::INFINITY]);
+                let (enter, leave) = (met.next().unwrap_or(f64::INFINITY), met.next());
+                if leave.is_none() {
                     assert!(!(b <= c), "{round} {k}: {b} {c} of a miss by {solid:?}");
                 } else {
                     let [a, b, c, d] = [a, b, c, d].map(within);
-                    let [enter, leave] = [enter[k], leave[k]].map(within);
+                    let [enter, leave] = [enter, leave.unwrap_or(enter)].map(within);
                     assert!(a <= enter && leave <= d, "{round} {k}: {a} {enter} {leave} {d} of {solid:?}");
                     assert!(!(b <= c) || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
                     crossed += 1;
@@ -481,5 +486,23 @@ mod tests {
         check::<Planes<f64>>(|block, n, place| {
             block.push(place, n.vector(1.0).normalize(), 0.2 * n.between(-1.0, 1.0))
         });
+        // x^2 + a y^2 + b y + c z^2 + d z = e: ellipsoids, cylinders and paraboloids along y, along which a ray runs, and along z.
+        let bodies = [
+            [0.7, 0.0, 1.5, 0.1],
+            [30.0, -20.0, 9.0, 0.1],
+            [2.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 2.0, 0.0],
+            [0.6, 0.0, 0.0, -1.0],
+            [0.0, -1.0, 0.6, 0.0],
+            [1.0, 0.0, 1e-3, 0.003],
+        ];
+        for [a, b, c, d] in bodies {
+            check::<Polynomials<f64>>(|block, n, place| {
+                let scale = 10f64.powf(n.between(-9.0, 9.0));
+                let terms = [1.0, 0.0, 0.0, 0.0, a, 0.0, b, c, d, -n.between(0.2, 1.5)];
+                let terms = terms.map(|term| term * scale).to_vec();
+                block.push(place, &Arc::new(Polynomial::new(2, terms).expect("ten terms")));
+            });
+        }
     }
 }

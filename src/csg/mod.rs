@@ -22,6 +22,7 @@ mod nearest;
 mod node;
 mod parts;
 mod plan;
+mod quadric;
 mod question;
 mod scratch;
 

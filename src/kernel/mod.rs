@@ -44,7 +44,7 @@ pub use outline::{Center, LinePairs, Outlines, Passing, PluckerLines};
 pub use plane::Planes;
 pub use polygon::Polygons;
 pub use polynomial::Polynomials;
-pub use polytope::{HalfSpace, bounds_of};
+pub use polytope::{HalfSpace, Quadric, bounds_of};
 pub use ranks::{NO_SURFACE, Ranks, SurfaceId};
 pub use solid::{OwnSpace, Solid};
 pub use sphere::Spheres;

@@ -461,8 +461,9 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         with_room!(self.polynomial[i].order(), N => self.first_crossing::<N>(i, rays, left, looking))
     }
 
-    fn solid(&self, _i: usize) -> Option<Solid> {
-        Some(Solid::Endless)
+    fn solid(&self, i: usize) -> Option<Solid> {
+        let quadric = self.quadric[i].map(|quadric| Solid::Quadric(self.frames.own_space(i), quadric));
+        Some(quadric.unwrap_or(Solid::Endless))
     }
 
     /// Where the polynomial is negative, farther out than all its roots.

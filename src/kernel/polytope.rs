@@ -98,10 +98,12 @@ fn cut(face: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 
 /// `x^T A x + linear . x + constant`: where that is not above 0, it is inside.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quadric {
+pub struct Quadric {
     /// `A`, symmetric.
     pub matrix: DMat3,
+    /// Times `x`.
     pub linear: DVec3,
+    /// What is left at the origin.
     pub constant: f64,
 }
 

@@ -1,5 +1,6 @@
 //! What a primitive is as a body, for tests that are rounded otherwise than its own: shapes in plain f64.
 
+use super::Quadric;
 use glam::{DMat3, DVec3};
 
 /// A space of a shape's own: `own = rows (p - center)`.
@@ -48,6 +49,8 @@ pub enum Solid {
         /// A point of the plane.
         foot: DVec3,
     },
+    /// Where a quadric of an own space is not above 0.
+    Quadric(OwnSpace, Quadric),
     /// Anything else that has an end: its crossings tell.
     Other,
     /// Anything that may have no end: its crossings tell, and which rays come from inside.
