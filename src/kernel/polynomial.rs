@@ -25,7 +25,7 @@ pub struct Polynomials<S> {
     /// What is made of each once for all its copies.
     made: Vec<Arc<Made>>,
     /// Of order 2, what spares summing it up.
-    quadric: Vec<Option<Quadric>>,
+    quadric: Vec<Option<OfOrderTwo>>,
     bounds: Vec<Aabb>,
 }
 
@@ -59,11 +59,47 @@ const REACH: f64 = 1e7;
 /// Rounding of the ends between which roots are looked for, with room; they only save work.
 const RANGE_ROUNDINGS: f64 = 64.0;
 
+/// What tells that a quadric is not crossed is larger by this share of its terms, far more than rounding.
+const SURE: f64 = 1.0 / (1u64 << 30) as f64;
+
 /// A plane is parallel to axes if its normal has no more than this share along them: some roundings of a turn.
 const PARALLEL: f64 = 1e-12;
 
 /// What ends of a box may be off by, as a share of the farthest.
 const ENDS_ROOM: f64 = 1e-9;
+
+/// A quadric, and what its terms are at most at a distance of 1: of second order, of first, and the constant.
+#[derive(Debug, Clone, Copy)]
+struct OfOrderTwo {
+    quadric: Quadric,
+    sizes: [f64; 3],
+}
+
+impl OfOrderTwo {
+    fn new(quadric: Quadric) -> Self {
+        let Quadric { matrix: DMat3 { x_axis, y_axis, z_axis }, linear, constant } = quadric;
+        let squares = [x_axis, y_axis, z_axis].map(|axis| axis.abs().element_sum()).iter().sum();
+        Self { quadric, sizes: [squares, linear.abs().element_sum(), constant.abs()] }
+    }
+
+    /// Rays that cross it nowhere ahead, so far as that can be told where they start: beyond rounding, they have none of its roots, or
+    /// none but behind.
+    #[inline(always)]
+    fn is_passed_by(&self, Rays { origin, dir }: &Rays<f64x8>) -> Mask<f64x8> {
+        let [constant, slope, square] = along_quadric(&self.quadric, *origin, *dir);
+        let [squares, linear, fixed] = self.sizes.map(f64x8::splat);
+        let (far, length, room) = (origin.abs().max_element(), dir.abs().max_element(), f64x8::lit(SURE));
+        let twice = squares * far + linear;
+        // What each of the three may be off by, with room.
+        let most = [twice.fused(far, fixed), squares.fused(far, twice) * length, squares * length * length];
+        let off = most.map(|most| most * room);
+        let half = slope * f64x8::lit(0.5);
+        let missed = (constant * square - half * half).gt(off[0].fused(most[2], off[1] * slope.abs()));
+        let outward = |x: f64x8| constant.lt(f64x8::zero()).select(-x, x);
+        let behind = outward(constant).gt(off[0]) & outward(slope).gt(off[1]) & outward(square).gt(off[2]);
+        missed | behind
+    }
+}
 
 /// A polynomial of order 2.
 fn quadric(polynomial: &Polynomial) -> Option<Quadric> {
@@ -180,7 +216,7 @@ impl<S: Scalar> Polynomials<S> {
         });
         self.made.push(made);
         self.polynomial.push(polynomial.clone());
-        self.quadric.push(quadric);
+        self.quadric.push(quadric.map(OfOrderTwo::new));
     }
 
     /// The scene vouches for the bounds of the last row. Where these turn out too small what stands out of them is seen, too, by
@@ -195,7 +231,7 @@ impl<S: Scalar> Polynomials<S> {
 
     /// Half spaces that the inside of a quadric lies in as far as it lies in all of `others`: none of other surfaces.
     pub fn half_spaces(&self, i: usize, others: &[HalfSpace]) -> Vec<HalfSpace> {
-        let Some(quadric) = &self.quadric[i] else { return Vec::new() };
+        let Some(OfOrderTwo { quadric, .. }) = &self.quadric[i] else { return Vec::new() };
         let OwnSpace { center, map } = self.frames.own_space(i);
         let forward = map.inverse();
         // Those whose planes are parallel to two of its axes.
@@ -244,7 +280,7 @@ impl<S: Scalar> Polynomials<S> {
         let origin = Vec3::select(on, own.origin, near + dir * fine);
         let base = on.select(f64x8::zero(), coarse + fine);
         let along = match &self.quadric[i] {
-            Some(quadric) => Univariate::quadratic(along_quadric(quadric, origin, dir)),
+            Some(OfOrderTwo { quadric, .. }) => Univariate::quadratic(along_quadric(quadric, origin, dir)),
             None => {
                 let mut along = Univariate::zero();
                 along.go_along(&self.made[i].steps, origin, dir, false);
@@ -458,11 +494,18 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
+        if let (Some(quadric), None) = (&self.quadric[i], left) {
+            let passed = quadric.is_passed_by(&self.own_rays(i, rays)).bits();
+            if looking.lanes & !passed == 0 {
+                return S::Lane::lit(f64::NAN);
+            }
+        }
         with_room!(self.polynomial[i].order(), N => self.first_crossing::<N>(i, rays, left, looking))
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {
-        let quadric = self.quadric[i].map(|quadric| Solid::Quadric(self.frames.own_space(i), quadric));
+        let quadric = self.quadric[i]
+            .map(|OfOrderTwo { quadric, .. }| Solid::Quadric(self.frames.own_space(i), quadric));
         Some(quadric.unwrap_or(Solid::Endless))
     }
 

@@ -229,3 +229,56 @@ fn what_is_inside_between_two_distances_is_so_from_end_to_end() {
     );
     assert!(spared > 10_000, "{spared}");
 }
+
+/// A quadric that is told to be passed by has no crossing ahead: the first is that of all, to the bit, also of rays that all but touch.
+#[test]
+fn what_passes_a_quadric_by_has_no_crossing_ahead() {
+    let quadric = |y: f64, z: f64, along_z: f64, constant: f64| {
+        let terms =
+            [([2, 0, 0], 1.0), ([0, 2, 0], y), ([0, 0, 2], z), ([0, 0, 1], along_z), ([0; 3], constant)];
+        polynomial(2, &terms, 1.0)
+    };
+    let surfaces = [
+        quadric(1.0, 0.0, 0.0, -0.5),
+        quadric(0.5, 0.0, -1.0, 0.0),
+        quadric(1.0, -1.0, 0.0, 0.0),
+        quadric(1.0, -1.0, 0.0, 0.1),
+        quadric(-0.7, 0.0, 1.0, 0.0),
+        quadric(2.0, 3.0, 0.0, -0.3),
+        quadric(1e-7, 0.0, 1.0, 0.0),
+    ];
+    let (place, rng) = (placed(), &mut Rng(11));
+    let (mut met, mut passed) = (0, 0);
+    for of in surfaces {
+        let surface = one(&of, &place);
+        for round in 0..2000 {
+            let far = [2.0, 1e4][round % 2];
+            let mut rays = rays(rng, &place, far);
+            let first = surface.roots(0, &rays, None).as_ref().first().copied();
+            let first = first.unwrap_or(f64x8::lit(f64::NAN));
+            let hits = first.equal(first);
+            if round % 4 > 1 && hits.any() {
+                // Along the surface, or almost, and off it by 1e-15 to 1e-1.
+                let at = surface.resolve(&[0; LANES], hits, &rays, hits.keep(first));
+                let turned = Vec3::from_fn(|_| rng.direction());
+                let way = at.normal.cross(turned).normalize();
+                let off = f64x8::from_fn(|_| 10f64.powf(-15.0 + 14.0 * rng.unit()) * (rng.unit() - 0.5));
+                let from = at.point + at.normal * off - way * f64x8::lit(far);
+                rays = Rays {
+                    origin: Vec3::select(hits, from, rays.origin),
+                    dir: Vec3::select(hits, way, rays.dir),
+                };
+            }
+            let ahead = Looking { from: f64x8::zero(), to: f64x8::lit(f64::INFINITY), lanes: !0, any: false };
+            let found = surface.first(0, &rays, None, &ahead).to_array();
+            let all = surface.roots(0, &rays, None);
+            for (lane, found) in found.into_iter().enumerate() {
+                let expected = lane_roots(all.as_ref(), lane).into_iter().find(|t| *t > 0.0);
+                assert_eq!((!found.is_nan()).then_some(found), expected, "{round} {lane}");
+                met += u32::from(expected.is_some());
+                passed += u32::from(expected.is_none());
+            }
+        }
+    }
+    assert!(met > 10_000 && passed > 10_000, "{met} met, {passed} passed by");
+}
