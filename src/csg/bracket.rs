@@ -12,11 +12,11 @@ use glam::DVec3;
 
 /// What bodies are grown and shrunk by, of the largest coordinates (in own space) of rays and body: the start, the direction, the
 /// map and the shape are each rounded once, sums and products some ten times more, in three axes.
-const GROWTH: f64 = 64.0 * f32::UNIT_ROUNDOFF;
+pub(super) const GROWTH: f64 = 64.0 * f32::UNIT_ROUNDOFF;
 
 /// Bodies that are thinner than this, in shares of what they are grown by, are not bracketed, nor those that are so far off that
 /// the composite is: too much would be in doubt.
-const LEAST_SIZE: f64 = 64.0;
+pub(super) const LEAST_SIZE: f64 = 64.0;
 
 /// Directions whose share across a cylinder's axis is less (squared) run along it: on the way through they move by less than
 /// a rounding.
@@ -93,9 +93,13 @@ pub(super) fn most(a: f32x8, b: f32x8) -> f32x8 {
     Lane::max(a, b)
 }
 
+/// Rounded.
+pub(super) fn single(v: DVec3) -> [f32; 3] {
+    v.to_array().map(|x| x as f32)
+}
+
 impl Map {
     fn new(space: &OwnSpace, middle: DVec3) -> Self {
-        let single = |v: DVec3| v.to_array().map(|x| x as f32);
         Self { center: single(space.center - middle), rows: [0, 1, 2].map(|k| single(space.map.row(k))) }
     }
 
@@ -183,7 +187,6 @@ impl Body {
         let scale =
             |space: &OwnSpace| (0..3).map(|k| space.map.row(k).abs().element_sum()).fold(0.0, f64::max);
         let squares = |radius: f64, by: f64| [radius + by, radius - by].map(|r| (r * r) as f32);
-        let single = |v: DVec3| v.to_array().map(|x| x as f32);
         let halves = |half: DVec3, by: f64| [half + DVec3::splat(by), half - DVec3::splat(by)].map(single);
         let grown = match solid {
             Solid::Ball { center, radius } => growth(*center, 1.0, *radius)
@@ -358,13 +361,20 @@ fn cone(own: &Rays<f32x8>, taper: f32, radii: &[f32; 2], ends: &[f32; 2]) -> imp
         let discriminant = b.fused(b, -(a * c));
         // Steep rays cross it in any case, which rounding must not deny.
         let root = steep.select(discriminant.max(zero), discriminant).sqrt();
-        let q = -(b + root.copysign(b));
-        let (r1, r2) = (c / q, q * inv);
-        let (first, last, inf) = (least(r1, r2), most(r1, r2), f32x8::lit(f64::INFINITY));
+        let ([first, last], inf) = (rising_roots(inv, b, c, root), f32x8::lit(f64::INFINITY));
         let enter = steep.select(widens.select(last, -inf), first);
         let leave = steep.select(widens.select(inf, first), last);
         between(k, [enter, leave]).map(|t| t + shift)
     }
+}
+
+/// The roots of `a t^2 + 2 b t + c`, by the inverse of `a` and the `root` of `b^2 - a c`: neither cancels, each is over `a` or under `c` (Press and
+/// others 1992, Numerical Recipes in C, section 5.6).
+#[inline(always)]
+pub(super) fn rising_roots(inv: f32x8, b: f32x8, c: f32x8, root: f32x8) -> [f32x8; 2] {
+    let q = -(b + root.copysign(b));
+    let (r1, r2) = (c / q, q * inv);
+    [least(r1, r2), most(r1, r2)]
 }
 
 /// What of a stretch lies between the ends of a cylinder or cone, which go beyond 0 and 1 by `ends`.
@@ -435,17 +445,16 @@ mod tests {
                 let from = (inside >> k & 1 == 1).then_some(f64::NEG_INFINITY);
                 let met = here.iter().map(|t| t[k]).filter(|t| !t.is_nan());
                 let mut met = from.into_iter().chain(met).chain([f64::INFINITY]);
-                let (enter, leave) = (met.next().unwrap_or(f64::INFINITY), met.next());
-                if leave.is_none() {
+                let (Some(enter), Some(leave)) = (met.next(), met.next()) else {
                     assert!(!(b <= c), "{round} {k}: {b} {c} of a miss by {solid:?}");
-                } else {
-                    let [a, b, c, d] = [a, b, c, d].map(within);
-                    let [enter, leave] = [enter, leave.unwrap_or(enter)].map(within);
-                    assert!(a <= enter && leave <= d, "{round} {k}: {a} {enter} {leave} {d} of {solid:?}");
-                    assert!(!(b <= c) || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
-                    crossed += 1;
-                    wide += u32::from(b - a > 1e-3 || d - c > 1e-3);
-                }
+                    continue;
+                };
+                let [a, b, c, d] = [a, b, c, d].map(within);
+                let [enter, leave] = [enter, leave].map(within);
+                assert!(a <= enter && leave <= d, "{round} {k}: {a} {enter} {leave} {d} of {solid:?}");
+                assert!(!(b <= c) || enter <= b && c <= leave, "{round} {k}: {b} {enter} {leave} {c}");
+                crossed += 1;
+                wide += u32::from(b - a > 1e-3 || d - c > 1e-3);
             }
         }
         assert!(crossed > 100 && wide * 20 < crossed, "{wide} of {crossed} are wide");

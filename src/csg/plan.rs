@@ -237,10 +237,9 @@ impl CsgTree {
         if others.count() > AT_ONCE {
             self.capsules.extend(capsules.chunks(LANES).map(|eight| Capsules::new(eight, middle, size)));
         }
-        let dependent = parts(&|number| !own.by_part[(number - first) as usize].mates.is_empty());
-        let asked = parts(&|number| {
-            matches!(own.by_part[(number - first) as usize].body, Body::Asked | Body::AskedWhole)
-        });
+        let rule = |number: u32| &own.by_part[(number - first) as usize];
+        let dependent = parts(&|number| !rule(number).mates.is_empty());
+        let asked = parts(&|number| matches!(rule(number).body, Body::Asked | Body::AskedWhole));
         let decision = Decision {
             middle,
             size: (size * (1.0 + BALL_ROOM)) as f32,

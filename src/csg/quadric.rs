@@ -1,22 +1,15 @@
 //! Quadrics whose inside is convex (elliptic cylinders, paraboloids, ellipsoids) in single precision: where rays come in and go out.
 
-use super::bracket::{least, most};
+use super::bracket::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
 use crate::kernel::{OwnSpace, Quadric, Rays};
 use crate::lane::{Lane, Scalar, Vec3, f32x8};
 use glam::{DMat3, DVec3};
-
-/// What places are off by in the quadric's space, as a share of how far they reach there: the start, the direction and the map are
-/// rounded once, sums and products some ten times more, in three axes. Values are off by the same share of what they are sums of.
-const GROWTH: f64 = 64.0 * f32::UNIT_ROUNDOFF;
 
 /// Squares of a ray's distance count at least by this share of what they could matter: so there are two roots, though one may be far off.
 const LEAST_SQUARE: f64 = 8.0 * f32::UNIT_ROUNDOFF;
 
 /// Curvatures of less than this share of the greatest are none, either way.
 const FLAT: f64 = 1.0 / (1u64 << 40) as f64;
-
-/// What is grown and shrunk by more than this share of what values are within the surface is left to double precision.
-const MOST_GROWTH: f64 = 1.0 / 64.0;
 
 /// A convex quadric relative to a middle: `|p|^2 + 2 linear . x + level`, where `p = rows (x - center)` and `linear` runs along what the rows
 /// do not tell of.
@@ -53,16 +46,16 @@ impl ConvexQuadric {
         let center = space.center + space.map.inverse() * center - middle;
         let linear = space.map.transpose() * linear;
         let level = level - 2.0 * linear.dot(center);
-        // How far rays reach in its space, how far the surface does, and what its values come of.
+        // How far rays reach in its space, how far the surface does, and what its values come of: these are off by the same share of
+        // that as places are of how far they reach.
         let reach = sum(rows) * (center.length() + size);
         let slope = 2.0 * linear.abs().element_sum() * (center.length() + size);
         let within = level.abs() + slope;
         let flat = FLAT * (sum(space.map) * (center.length() + size)).powi(2);
         let by = GROWTH * (2.0 * within.sqrt() * reach + within + GROWTH * reach * reach) + 3.0 * flat;
-        if !(by <= MOST_GROWTH * within && GROWTH / MOST_GROWTH * center.length() <= size) {
+        if !(by * LEAST_SIZE <= within && GROWTH * LEAST_SIZE * center.length() <= size) {
             return None;
         }
-        let single = |v: DVec3| v.to_array().map(|x| x as f32);
         Some(Self {
             center: single(center),
             rows: [0, 1, 2].map(|k| single(rows.row(k))),
@@ -93,10 +86,7 @@ impl ConvexQuadric {
         move |k| {
             let level = level + f32x8::splat(levels[k]);
             let root = slope.fused(slope, -(square * level)).sqrt();
-            // Neither root cancels (Press and others 1992, Numerical Recipes in C, section 5.6).
-            let q = -(slope + root.copysign(slope));
-            let (r1, r2) = (q * inv, level / q);
-            [shift + least(r1, r2), shift + most(r1, r2)]
+            rising_roots(inv, slope, level, root).map(|t| shift + t)
         }
     }
 }

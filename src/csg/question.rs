@@ -218,9 +218,9 @@ impl CsgTree {
         sketch: &mut Sketch,
         window: &mut Window,
     ) -> bool {
-        let Decision { required, asked, .. } = question.plan;
+        let &Decision { required, asked, .. } = question.plan;
         // What takes longest is left what the rest leaves.
-        for these in [*required & !*asked, *required & *asked] {
+        for these in [required & !asked, required & asked] {
             for part in these.each() {
                 let within = window.within();
                 if !self.bracket(part, question, (sketch, within), |between| window.narrow(between)) {

@@ -494,6 +494,7 @@ impl<S: Scalar> Block<S> for Polynomials<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
+        // (Not among the roots, though these take their own rays once more: most rays are told here, and there pay for what is to follow.)
         if let (Some(quadric), None) = (&self.quadric[i], left) {
             let passed = quadric.is_passed_by(&self.own_rays(i, rays)).bits();
             if looking.lanes & !passed == 0 {
