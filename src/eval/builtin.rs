@@ -175,7 +175,7 @@ impl Machine<'_> {
         self.comma()?;
         let point = self.vector()?;
         let octaves = Octaves { count, omega, lambda: Octaves::kept(lambda) };
-        Ok(Num::vector(noise::turbulence_vector(point.to_array(), &octaves).into()))
+        Ok(Num::vector(DVec3::from_array(noise::turbulence_vector(point.to_array(), &octaves))))
     }
 
     /// One or more floats, folded from the left.

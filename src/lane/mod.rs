@@ -14,7 +14,7 @@ mod vec3;
 
 pub use many::{Many, sixteen_bits};
 pub use mask::Mask;
-pub use quad::{QUAD, Quad, columns};
+pub use quad::{QUAD, Quad, columns, rows};
 pub use vec3::Vec3;
 
 use std::fmt::Debug;
@@ -312,8 +312,8 @@ pub trait Lane:
         Self::from_array(each_lane(f))
     }
 
-    /// `self * b + c`, rounded once where the machine can and twice where it cannot: for tests that are padded for either, and
-    /// for polynomials, whose surfaces are told to the last digits of either. Nothing else that is seen may hang on it.
+    /// `self * b + c`, rounded once where the machine can and twice where it cannot: for tests that are padded for either, and for
+    /// polynomials and noise, which are told to the last digits of either. Nothing else that is seen may hang on it.
     fn fused(self, b: Self, c: Self) -> Self;
     /// Square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;

@@ -131,6 +131,14 @@ pub fn columns(rows: [f64x4; LANES]) -> [f64x8; QUAD] {
     std::array::from_fn(|k| bytemuck::cast([low[k], high[k]]))
 }
 
+/// Four columns of eight numbers as eight rows.
+#[inline(always)]
+pub fn rows(columns: [f64x8; QUAD]) -> [f64x4; LANES] {
+    let halves: [[f64x4; 2]; QUAD] = columns.map(bytemuck::cast);
+    let [[a, b, c, d], [e, f, g, h]] = [0, 1].map(|half| f64x4::transpose(halves.map(|column| column[half])));
+    [a, b, c, d, e, f, g, h]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,5 +150,6 @@ mod tests {
         for (m, column) in columns(rows.map(f64x4::from)).into_iter().enumerate() {
             assert_eq!(column.to_array(), std::array::from_fn(|k| (100 * k + m) as f64));
         }
+        assert_eq!(super::rows(columns(rows.map(f64x4::from))).map(f64x4::to_array), rows);
     }
 }

@@ -5,11 +5,12 @@
 //! `f_noise3d` and `turbulence`; the permutation that spreads them is computed.
 
 use super::number::Number;
+use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::LazyLock;
 
 /// The random linear functions: four neighbours of this table are a constant and three slopes.
 #[rustfmt::skip]
-pub static NOISE_TABLE: [f64; 267] = [
+static NOISE_TABLE: [f64; 267] = [
     -1.0, 0.604974, -0.937102, 0.414115, 0.576226, -0.0161593, 0.432334, 0.103685, 0.590539, 0.0286412,
     0.46981, -0.84622, -0.0734112, -0.304097, -0.40206, -0.210132, -0.919127, 0.652033, -0.83151, -0.183948,
     -0.671107, 0.852476, 0.043595, -0.404532, 0.75494, -0.335653, 0.618433, 0.605707, 0.708583, -0.477195,
@@ -91,22 +92,23 @@ pub fn index(shifted: f64) -> u32 {
 }
 
 impl Lattice {
-    /// Where in [`NOISE_TABLE`] the functions of a cell's corners begin, given the cell's [`index`] by axis: the corner that is far
-    /// along the axes whose bits (1 for x, 2 for y, 4 for z) its index has. (Of a cell beyond [`LATTICE_END`] anything.)
+    /// Where in the table the functions of a cell's corners begin ([`function`]), given the cell's [`index`] by axis: eight numbers below
+    /// 256, of which that of the corner that is far along an axis has its bit (1 for x, 2 for y, 4 for z) in its place. (Of a cell beyond
+    /// [`LATTICE_END`] anything. One by one, as eight bytes would be packed and taken apart again.)
     #[inline(always)]
-    pub fn corners(&self, [x, y, z]: [u32; 3]) -> [u8; 8] {
+    pub fn corners(&self, [x, y, z]: [u32; 3]) -> impl Iterator<Item = usize> {
         // The cell's four edges along z.
         let along_x = [self.hash(x), self.hash(x + 1)];
         let edges: [u32; 4] = std::array::from_fn(|k| self.hash(along_x[k & 1] ^ (y + (k as u32 >> 1))));
-        std::array::from_fn(|corner| {
+        (0..8).map(move |corner| {
             let number = edges[corner & 3] ^ (z + (corner as u32 >> 2));
-            self.first[usize::from(number as u16)]
+            usize::from(self.first[usize::from(number as u16)])
         })
     }
 
     /// The same of a cell by its coordinates.
     #[inline(always)]
-    pub fn corners_of(&self, cell: [f64; 3]) -> [u8; 8] {
+    pub fn corners_of(&self, cell: [f64; 3]) -> impl Iterator<Item = usize> {
         self.corners(cell.map(|c| index(shifted(c))))
     }
 
@@ -201,17 +203,14 @@ impl Generator {
 
 /// Noise in 0..1 (generator 2). NaN where a coordinate is not finite or beyond 10^15.
 pub fn noise<T: Number>(p: [T; 3]) -> T {
-    ((T::lattice(p) + RANGE_OFFSET) * RANGE_SCALE).unit()
+    let [sum] = T::lattice(p);
+    ((sum + RANGE_OFFSET) * RANGE_SCALE).unit()
 }
 
 /// Noise of generator 1, that of POV-Ray before 3.5.
 fn original_noise<T: Number>(p: [T; 3]) -> T {
-    (T::lattice(p) + 0.5).unit()
-}
-
-/// Three noises about 0, independent of each other.
-pub fn noise_vector<T: Number>(p: [T; 3]) -> [T; 3] {
-    T::lattices(p)
+    let [sum] = T::lattice(p);
+    (sum + 0.5).unit()
 }
 
 /// Noises of falling size added up, about 0..1.
@@ -226,12 +225,13 @@ pub fn turbulence<T: Number>(p: [T; 3], octaves: &Octaves, generator: Generator)
     sum
 }
 
-/// The same of [`noise_vector`]: `vturbulence`, and what `turbulence` moves a pattern's point by.
-pub fn turbulence_vector<T: Number>(p: [T; 3], octaves: &Octaves) -> [T; 3] {
-    let mut sum = noise_vector(p);
+/// The same of [`Number::lattice`], by axis, for as many axes as are wanted: `vturbulence`, and what `turbulence` moves a pattern's
+/// point by.
+pub fn turbulence_vector<T: Number, const N: usize>(p: [T; 3], octaves: &Octaves) -> [T; N] {
+    let mut sum = T::lattice(p);
     let (mut strength, mut fineness) = (octaves.omega, octaves.lambda);
     for _ in 1..octaves.count {
-        let more = noise_vector(p.map(|v| v * fineness));
+        let more: [T; N] = T::lattice(p.map(|v| v * fineness));
         sum = std::array::from_fn(|axis| sum[axis] + more[axis] * strength);
         strength *= octaves.omega;
         fineness *= octaves.lambda;
@@ -242,46 +242,44 @@ pub fn turbulence_vector<T: Number>(p: [T; 3], octaves: &Octaves) -> [T; 3] {
 /// The cell about a point, by its corner nearest to the origin (on the negative side farthest).
 #[inline(always)]
 pub fn cell_of<T: Number>(p: [T; 3]) -> [T; 3] {
-    p.map(|v| v.if_less(T::lit(0.0), (v - LATTICE_EDGE).whole(), v.whole()))
+    let zero = T::lit(0.0);
+    p.map(|v| (v - v.if_less(zero, T::lit(LATTICE_EDGE), zero)).whole())
 }
 
-/// Of what is said of the near and the far sides of a cell, by axis, what holds of a corner, numbered as [`Lattice::corners`] does.
+/// By axis, 1 if a corner of a cell, numbered as [`Lattice::corners`] does, is the far one, 0 if it is the near one.
 #[inline(always)]
-pub fn of_corner<V: Copy>(sides: &[[V; 2]; 3], corner: usize) -> [V; 3] {
-    std::array::from_fn(|axis| sides[axis][corner >> axis & 1])
+pub fn far_of(corner: usize) -> [f64; 3] {
+    std::array::from_fn(|axis| f64::from((corner >> axis & 1) as u8))
 }
 
-/// Constant and slopes of the random linear function that begins at a number.
+/// Constant and slopes of the random linear function that begins at a number: one of [`Lattice::corners`], or 4 or 8 above.
 #[inline(always)]
-fn function(first: usize) -> [f64; 4] {
-    std::array::from_fn(|k| NOISE_TABLE[first + k])
+pub fn function(first: usize) -> &'static [f64; 4] {
+    NOISE_TABLE[first..].first_chunk().expect("the table goes on for twelve numbers")
 }
 
 /// A point in its cell.
 #[derive(Debug, Clone, Copy)]
 pub struct Within<T> {
     /// By axis, where it is from the near and from the far corner.
-    pub from: [[T; 2]; 3],
+    from: [[T; 2]; 3],
     /// By axis, the weights of the near and of the far corner.
     weights: [[T; 2]; 3],
 }
 
-impl<T: Number> Within<T> {
-    /// `p` in `cell`.
+impl<T> Within<T>
+where
+    T: Copy + Neg<Output = T> + Add<f64, Output = T> + Sub<f64, Output = T>,
+    T: Mul<Output = T> + Mul<f64, Output = T>,
+{
+    /// Of a point that is so far from the near corner.
     #[inline(always)]
-    pub fn new(p: [T; 3], cell: [T; 3]) -> Self {
-        let at: [T; 3] = std::array::from_fn(|axis| p[axis] - cell[axis]);
+    pub fn new(at: [T; 3]) -> Self {
         let weights = at.map(|at| {
-            let far = at * at * (T::lit(3.0) - at * 2.0);
-            [T::lit(1.0) - far, far]
+            let far = at * at * (-(at * 2.0) + 3.0);
+            [-far + 1.0, far]
         });
         Self { from: at.map(|at| [at, at - 1.0]), weights }
-    }
-
-    /// How far it is from a corner along each axis.
-    #[inline(always)]
-    pub fn from_corner(&self, corner: usize) -> [T; 3] {
-        of_corner(&self.from, corner)
     }
 
     /// The weight of a corner.
@@ -290,26 +288,52 @@ impl<T: Number> Within<T> {
         let [x, y, z] = of_corner(&self.weights, corner);
         x * y * z
     }
+
+    /// What a corner's [`function`] is to be multiplied by, number by number.
+    #[inline(always)]
+    pub fn factors(&self, corner: usize) -> [T; 4] {
+        let ([x, y, z], weight) = (of_corner(&self.from, corner), self.weight(corner));
+        [weight * 0.5, x * weight, y * weight, z * weight]
+    }
+}
+
+/// Of what is said of the near and the far sides of a cell, by axis, what holds of a corner.
+#[inline(always)]
+fn of_corner<V: Copy>(sides: &[[V; 2]; 3], corner: usize) -> [V; 3] {
+    std::array::from_fn(|axis| sides[axis][corner >> axis & 1])
+}
+
+/// The sum of what a function's four numbers come to.
+#[inline(always)]
+pub fn added_up<T: Add<Output = T>>([constant, x, y, z]: [T; 4]) -> T {
+    (constant + x) + (y + z)
+}
+
+/// `a * b + c`, rounded as lanes round it: once where the machine can, else twice.
+#[inline(always)]
+fn fused(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// `N` sums over the eight corners of the cell about `p`, each of the next of their functions. NaN where there is no noise.
 ///
-/// This order of operations is the law for all kinds of numbers: they come to the same bits.
+/// This order of operations is the law for all kinds of numbers: they come to the same bits. The functions' numbers are summed up
+/// apart from each other, so that the four of a function can be one vector.
 pub fn sums_at<const N: usize>(p: [f64; 3]) -> [f64; N] {
     let cell = cell_of(p);
     if !cell.iter().all(|c| c.abs() < LATTICE_END) {
         return [f64::NAN; N];
     }
-    let (within, corners) = (Within::new(p, cell), LATTICE.corners_of(cell));
-    let mut sums = [0.0; N];
-    for (corner, first) in corners.into_iter().enumerate() {
-        let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));
-        for (n, sum) in sums.iter_mut().enumerate() {
-            let [constant, a, b, c] = function(usize::from(first) + 4 * n);
-            *sum += weight * (constant * 0.5 + a * x + b * y + c * z);
+    let within = Within::new(std::array::from_fn(|axis| p[axis] - cell[axis]));
+    let mut sums = [[0.0; 4]; N];
+    for (corner, first) in LATTICE.corners_of(cell).enumerate() {
+        let factors = within.factors(corner);
+        for (n, sums) in sums.iter_mut().enumerate() {
+            let numbers = function(first + 4 * n);
+            *sums = std::array::from_fn(|k| fused(factors[k], numbers[k], sums[k]));
         }
     }
-    sums
+    sums.map(added_up)
 }
 
 #[cfg(test)]

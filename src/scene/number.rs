@@ -28,10 +28,8 @@ pub trait Number:
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
     /// Without its fraction.
     fn whole(self) -> Self;
-    /// The random function of space that noise is made of, about 0: [`sums_at`] of one.
-    fn lattice(p: [Self; 3]) -> Self;
-    /// Three of them, independent of each other.
-    fn lattices(p: [Self; 3]) -> [Self; 3];
+    /// Random functions of space, independent of each other, about 0, that noise is made of: [`sums_at`].
+    fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N];
     /// The number, if it is the same at all points.
     fn everywhere(self) -> Option<f64>;
     /// `f` point by point: for what has no form of its own.
@@ -94,11 +92,7 @@ impl Number for f64 {
     fn whole(self) -> Self {
         self.trunc()
     }
-    fn lattice(p: [Self; 3]) -> Self {
-        let [sum] = sums_at(p);
-        sum
-    }
-    fn lattices(p: [Self; 3]) -> [Self; 3] {
+    fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         sums_at(p)
     }
     fn everywhere(self) -> Option<f64> {

@@ -92,7 +92,7 @@ impl Pattern {
                 if *amount == DVec3::ZERO {
                     return across(x, y);
                 }
-                let [shift_x, shift_y, _] = noise::turbulence_vector(p, octaves);
+                let [shift_x, shift_y] = noise::turbulence_vector(p, octaves);
                 let moved = |v: T, shift: T, amount: f64| v + ((v + shift) * amount).map(cycle);
                 across(moved(x, shift_x, amount.x), moved(y, shift_y, amount.y))
             }
@@ -101,7 +101,7 @@ impl Pattern {
                 sum(10, fold) * 0.5
             }
             Self::Turbulent { pattern, amount, octaves } => {
-                let shift = noise::turbulence_vector(p, octaves);
+                let shift: [T; 3] = noise::turbulence_vector(p, octaves);
                 pattern.value(std::array::from_fn(|axis| p[axis] + shift[axis] * amount[axis]), generator)
             }
             Self::Gradient(direction) => T::each(p, |p| wrapped(DVec3::from(p).dot(*direction))),

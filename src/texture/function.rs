@@ -39,11 +39,8 @@ impl Number for f64x8 {
     fn whole(self) -> Self {
         Lane::trunc(self)
     }
-    fn lattice(p: [Self; 3]) -> Self {
+    fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         noise::lattice(p)
-    }
-    fn lattices(p: [Self; 3]) -> [Self; 3] {
-        noise::lattices(p)
     }
     fn everywhere(self) -> Option<f64> {
         let first = self.lanes()[0];

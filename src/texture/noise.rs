@@ -1,59 +1,21 @@
 //! Noise at eight points at a time, to the bits that it comes to at each point alone ([`crate::scene::noise::sums_at`]).
 //!
 //! What takes the time is to look up the functions of eight corners. Eight points in one cell, as neighbours in a picture mostly
-//! are where noise is coarse, look them up once, and share each number. Others look them up one by one: three functions of a corner stand
-//! side by side in a table of their own, so that they are one sum of vectors without anything to be put in order; single ones are
-//! turned, four points at a time.
+//! are where noise is coarse, look them up once, and share each number. Others look them up one by one: the four numbers of a
+//! function stand side by side in the table, and are multiplied and summed up as one vector.
 
-use crate::lane::{LANES, Lane, Mask, columns, each_lane, f64x4, f64x8};
-use crate::scene::noise::{LATTICE, LATTICE_END, NOISE_TABLE, Within, cell_of, index, of_corner, shifted};
-use std::sync::LazyLock;
-
-/// Numbers of the functions that a corner's may begin at.
-const FIRST: usize = 256;
-
-/// The functions that begin at a number. As vectors, since of plain numbers the compiler would make vectors anew, one by one.
-struct Functions {
-    /// Of a single one half of its constant, and its slopes along x, y and z. (The third of three begins 8 later than the first.)
-    single: [f64x4; FIRST + 8],
-    /// Of three functions (the fourth lane is idle) halves of the constants,
-    constants: [f64x4; FIRST],
-    /// and the slopes: neighbours overlap, the one along x of one is that along y of the one before.
-    slopes: [f64x4; FIRST + 3],
-}
-
-static FUNCTIONS: LazyLock<Box<Functions>> = LazyLock::new(|| {
-    let number = |n: usize| NOISE_TABLE.get(n).copied().unwrap_or(0.0);
-    let three = |first: usize| [0, 4, 8].map(|n| number(first + n));
-    let four = |[a, b, c]: [f64; 3]| f64x4::from([a, b, c, 0.0]);
-    Box::new(Functions {
-        // (To halve is exact.)
-        single: std::array::from_fn(|n| {
-            f64x4::from([number(n) * 0.5, number(n + 1), number(n + 2), number(n + 3)])
-        }),
-        constants: std::array::from_fn(|first| four(three(first).map(|constant| constant * 0.5))),
-        slopes: std::array::from_fn(|first| four(three(first))),
-    })
-});
+use crate::lane::{LANES, Lane, Mask, columns, f64x4, f64x8, rows};
+use crate::scene::noise::{
+    LATTICE, LATTICE_END, Within, added_up, cell_of, far_of, function, index, shifted,
+};
 
 /// See [`crate::scene::number::Number::lattice`].
-pub fn lattice(p: [f64x8; 3]) -> f64x8 {
+pub fn lattice<const N: usize>(p: [f64x8; 3]) -> [f64x8; N] {
     let cell = cell_of(p);
-    let within = Within::new(p, cell);
-    let [sum] = match shared(&cell) {
-        Some(cell) => in_one_cell(cell, &within),
-        None => [one_apart(cell, &within)],
-    };
-    there(&cell).select(sum, Lane::lit(f64::NAN))
-}
-
-/// See [`crate::scene::number::Number::lattices`].
-pub fn lattices(p: [f64x8; 3]) -> [f64x8; 3] {
-    let cell = cell_of(p);
-    let within = Within::new(p, cell);
+    let at = std::array::from_fn(|axis| p[axis] - cell[axis]);
     let sums = match shared(&cell) {
-        Some(cell) => in_one_cell(cell, &within),
-        None => three_apart(cell, &within),
+        Some(cell) => in_one_cell(at, cell),
+        None => apart(at, cell),
     };
     let there = there(&cell);
     sums.map(|sum| there.select(sum, Lane::lit(f64::NAN)))
@@ -74,64 +36,60 @@ fn shared(cell: &[f64x8; 3]) -> Option<[f64; 3]> {
     (x & y & z).all().then_some(first)
 }
 
+/// The sums at points so far from the corner of one cell.
 #[inline(always)]
-fn in_one_cell<const N: usize>(cell: [f64; 3], within: &Within<f64x8>) -> [f64x8; N] {
-    let functions = &**FUNCTIONS;
-    let mut sums = [f64x8::ZERO; N];
-    for (corner, first) in LATTICE.corners_of(cell).into_iter().enumerate() {
-        let ([x, y, z], weight) = (within.from_corner(corner), within.weight(corner));
-        for (n, sum) in sums.iter_mut().enumerate() {
-            let [half, a, b, c] = functions.single[usize::from(first) + 4 * n].to_array();
-            *sum += weight * (<f64x8 as Lane>::splat(half) + x * a + y * b + z * c);
+fn in_one_cell<const N: usize>(at: [f64x8; 3], cell: [f64; 3]) -> [f64x8; N] {
+    let mut functions = [0; 8];
+    for (function, first) in functions.iter_mut().zip(LATTICE.corners_of(cell)) {
+        *function = first;
+    }
+    let at: [[f64x4; 2]; 3] = at.map(bytemuck::cast);
+    // (By halves: the sums of eight points would be more than AVX2 has registers for.)
+    let halves = [0, 1].map(|half| {
+        let within = Within::new(at.map(|at| at[half]));
+        let mut sums = [[f64x4::ZERO; 4]; N];
+        for (corner, first) in functions.into_iter().enumerate() {
+            let factors = within.factors(corner);
+            for (n, sums) in sums.iter_mut().enumerate() {
+                let numbers = function(first + 4 * n);
+                *sums = std::array::from_fn(|k| factors[k].mul_add(f64x4::splat(numbers[k]), sums[k]));
+            }
         }
-    }
-    sums
+        sums.map(added_up)
+    });
+    std::array::from_fn(|n| bytemuck::cast(halves.map(|sums| sums[n])))
 }
 
-/// Where the functions of the corners begin: lane by lane, by corner.
+/// The sums at points so far from the corners of their cells.
 #[inline(always)]
-fn corners(cell: [f64x8; 3]) -> [[u8; 8]; LANES] {
-    let (lattice, [x, y, z]) = (&*LATTICE, cell.map(|c| shifted(c).to_array()));
-    each_lane(|k| lattice.corners([index(x[k]), index(y[k]), index(z[k])]))
-}
-
-#[inline(always)]
-fn three_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> [f64x8; 3] {
-    let (corners, functions) = (corners(cell), &**FUNCTIONS);
-    // (Laid down once, in loops: what is handed on by value, or mapped, is copied for each lane.)
-    let (mut from, mut weights) = ([[[0.0; LANES]; 2]; 3], [[0.0; LANES]; 8]);
-    for (from, sides) in from.iter_mut().flatten().zip(within.from.iter().flatten()) {
-        *from = sides.to_array();
-    }
+fn apart<const N: usize>(at: [f64x8; 3], cell: [f64x8; 3]) -> [f64x8; N] {
+    let (lattice, cell) = (&*LATTICE, cell.map(|c| shifted(c).to_array()));
+    let within = Within::new(at);
+    // (Laid down once, in a loop.)
+    let mut weights = [[0.0; LANES]; 8];
     for (corner, weights) in weights.iter_mut().enumerate() {
         *weights = within.weight(corner).to_array();
     }
-    let mut rows = [f64x4::ZERO; LANES];
-    for (k, sum) in rows.iter_mut().enumerate() {
-        let sides = |axis: usize| [0, 1].map(|side| f64x4::splat(from[axis][side][k]));
-        let from = [sides(0), sides(1), sides(2)];
-        for corner in 0..8 {
-            let first = usize::from(corners[k][corner]);
-            let [x, y, z] = of_corner(&from, corner);
-            let [a, b, c] = [1, 2, 3].map(|n| functions.slopes[first + n]);
-            *sum += f64x4::splat(weights[corner][k]) * (functions.constants[first] + a * x + b * y + c * z);
+    let [x, y, z] = at;
+    let mut sums = [[f64x4::ZERO; LANES]; N];
+    for (k, point) in rows([Lane::lit(0.5), x, y, z]).into_iter().enumerate() {
+        // (By reference: arrays that are mapped by value are copied for each lane.)
+        let corners = lattice.corners(cell.each_ref().map(|c| index(c[k])));
+        let mut own = [f64x4::ZERO; N];
+        for (corner, first) in corners.enumerate() {
+            let [far_x, far_y, far_z] = far_of(corner);
+            // What [`Within::factors`] says.
+            let factors =
+                (point - f64x4::from([0.0, far_x, far_y, far_z])) * f64x4::splat(weights[corner][k]);
+            for (n, sum) in own.iter_mut().enumerate() {
+                *sum = factors.mul_add(f64x4::from(*function(first + 4 * n)), *sum);
+            }
+        }
+        for (sums, own) in sums.iter_mut().zip(own) {
+            sums[k] = own;
         }
     }
-    let [x, y, z, _] = columns(rows);
-    [x, y, z]
-}
-
-#[inline(always)]
-fn one_apart(cell: [f64x8; 3], within: &Within<f64x8>) -> f64x8 {
-    let (corners, functions) = (corners(cell), &**FUNCTIONS);
-    let function = |k: usize, corner: usize| functions.single[usize::from(corners[k][corner])];
-    let mut sum = f64x8::ZERO;
-    for corner in 0..8 {
-        let [x, y, z] = within.from_corner(corner);
-        let [half, a, b, c] = columns(each_lane(|k| function(k, corner)));
-        sum += within.weight(corner) * (half + a * x + b * y + c * z);
-    }
-    sum
+    sums.map(|rows| added_up(columns(rows)))
 }
 
 #[cfg(test)]
@@ -158,16 +116,16 @@ mod tests {
                 point
             });
             let lanes: [f64x8; 3] = std::array::from_fn(|axis| f64x8::from_fn(|k| points[k][axis]));
-            let (one, three) = (lattice(lanes).to_array(), lattices(lanes).map(Lane::to_array));
+            let ([one], two, three) = (lattice(lanes), lattice::<2>(lanes), lattice::<3>(lanes));
             for (k, point) in points.into_iter().enumerate() {
-                let bits = f64::to_bits;
-                let ([of_one], of_three) = (sums_at(point), sums_at::<3>(point));
-                if of_one.is_nan() {
-                    assert!(one[k].is_nan() && three.iter().all(|sum| sum[k].is_nan()), "{point:?}");
-                    continue;
-                }
-                assert_eq!(bits(one[k]), bits(of_one), "{point:?}");
-                assert_eq!(three.map(|sum| bits(sum[k])), of_three.map(bits), "{point:?}");
+                let of_three: [f64; 3] = sums_at(point);
+                // All that is not a number is alike.
+                let bits = |v: f64| if v.is_nan() { 0 } else { v.to_bits() };
+                let lane = |v: f64x8| bits(v.lanes()[k]);
+                let expected = of_three.map(bits);
+                assert_eq!([lane(one), bits(sums_at::<1>(point)[0])], [expected[0]; 2], "{point:?}");
+                assert_eq!(two.map(lane), expected[..2], "{point:?}");
+                assert_eq!(three.map(lane), expected, "{point:?}");
             }
         }
     }
