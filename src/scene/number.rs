@@ -1,7 +1,7 @@
 //! What a formula over numbers needs, so that it is written once for one point and for many at a time.
 //!
-//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation rounds as f64's own does, so that every
-//! kind of number comes to the same bits.
+//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation but [`Number::sine`] rounds as f64's own does, so
+//! that every kind of number comes to the same bits.
 
 use super::noise::sums_at;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -28,6 +28,8 @@ pub trait Number:
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
     /// Without its fraction.
     fn whole(self) -> Self;
+    /// Sine; in lanes within 2^-52.
+    fn sine(self) -> Self;
     /// Random functions of space, independent of each other, about 0, that noise is made of: [`sums_at`].
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N];
     /// The number, if it is the same at all points.
@@ -91,6 +93,9 @@ impl Number for f64 {
     }
     fn whole(self) -> Self {
         self.trunc()
+    }
+    fn sine(self) -> Self {
+        self.sin()
     }
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         sums_at(p)

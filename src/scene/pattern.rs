@@ -65,7 +65,7 @@ impl Pattern {
         match self {
             Self::Agate(strength, octaves) => {
                 let layers = noise::turbulence(p, octaves, generator) * (1.3 * strength) + z * 1.1;
-                layers.map(|v| ((cycle(v) + 1.0) / 2.0).clamp(0.0, 1.0).powf(0.77))
+                ((cycle(layers) + 1.0) * 0.5).unit().map(|v| v.powf(0.77))
             }
             Self::Bozo => generator.noise(p),
             Self::Dents => generator.noise(p).cubed(),
@@ -93,7 +93,7 @@ impl Pattern {
                     return across(x, y);
                 }
                 let [shift_x, shift_y] = noise::turbulence_vector(p, octaves);
-                let moved = |v: T, shift: T, amount: f64| v + ((v + shift) * amount).map(cycle);
+                let moved = |v: T, shift: T, amount: f64| v + cycle((v + shift) * amount);
                 across(moved(x, shift_x, amount.x), moved(y, shift_y, amount.y))
             }
             Self::Wrinkles => {
@@ -111,7 +111,7 @@ impl Pattern {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&p, &mut around).unwrap_or(0.0))
             }),
-            Self::Leopard => T::each(p, |[x, y, z]| ((x.sin() + y.sin() + z.sin()) / 3.0).powi(2)),
+            Self::Leopard => ((x.sine() + y.sine() + z.sine()) / T::lit(3.0)).squared(),
             Self::Onion => T::each(p, |p| DVec3::from(p).length() % 1.0),
             Self::Planar => y.map(|y| 1.0 - y.abs().min(1.0)),
             Self::Radial => T::each([x, z], |[x, z]| {
@@ -172,6 +172,6 @@ fn wrapped(v: f64) -> f64 {
 }
 
 /// A sine with period 1.
-fn cycle(v: f64) -> f64 {
-    (v.fract() * TAU).sin()
+fn cycle<T: Number>(v: T) -> T {
+    ((v - v.whole()) * TAU).sine()
 }

@@ -39,6 +39,9 @@ impl Number for f64x8 {
     fn whole(self) -> Self {
         Lane::trunc(self)
     }
+    fn sine(self) -> Self {
+        one(Unary::Sin, self, !0)
+    }
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         noise::lattice(p)
     }
