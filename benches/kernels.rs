@@ -1,4 +1,5 @@
-//! Nanoseconds for eight rays against one primitive, by shape and precision: `kernel/<shape>/<precision>`.
+//! Nanoseconds for eight rays against one primitive, by shape and precision: `kernel/<shape>/<precision>`; and for as many noises
+//! at eight points, `noise/<how many>/<apart or in one cell>`.
 //!
 //! Half of the rays are aimed at points in the shape's box, so most of them hit; `miss` are packets that pass by. Rays and
 //! columns stay in the first-level cache: this is the kernel alone.
@@ -6,20 +7,26 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use octray::kernel::*;
-use octray::lane::{LANES, Scalar, Vec3};
+use octray::lane::{LANES, Lane, Scalar, Vec3, f64x8};
 use octray::scene::Transform;
+use octray::scene::number::Number;
 use std::hint::black_box;
 
 /// Packets per pass.
 const PACKETS: usize = 64;
 
-/// Rays from 5 units away to random points around the origin, or past them by `off`.
-fn packets<S: Scalar>(off: f64) -> Vec<Rays<S::Lane>> {
+/// Numbers from -1 to 1 without order.
+fn numbers() -> impl FnMut() -> f64 {
     let mut seed = 1u64;
-    let mut unit = move || {
+    move || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
-    };
+    }
+}
+
+/// Rays from 5 units away to random points around the origin, or past them by `off`.
+fn packets<S: Scalar>(off: f64) -> Vec<Rays<S::Lane>> {
+    let mut unit = numbers();
     let mut packet = || {
         let rays: [(DVec3, DVec3); LANES] = std::array::from_fn(|_| {
             let from = DVec3::new(unit(), unit(), unit()).normalize_or(DVec3::X) * 5.0;
@@ -77,5 +84,31 @@ fn kernels(c: &mut Criterion) {
     shapes::<f32>(c, "f32");
 }
 
-criterion_group!(benches, kernels);
+/// `N` noises at points about random places in cells: all in one, or in up to eight.
+fn noises<const N: usize>(c: &mut Criterion) {
+    let mut group = c.benchmark_group(format!("noise/{N}"));
+    group.throughput(Throughput::Elements(PACKETS as u64));
+    for (which, reach) in [("in one cell", 0.4), ("apart", 3.0)] {
+        let mut unit = numbers();
+        let mut middle = || [(); 3].map(|()| (unit() * 100.0).floor() + 0.5);
+        let middles: Vec<[f64; 3]> = (0..PACKETS).map(|_| middle()).collect();
+        let mut about = |middle: f64| f64x8::from_fn(|_| middle + unit() * reach);
+        let points: Vec<[f64x8; 3]> = middles.into_iter().map(|middle| middle.map(&mut about)).collect();
+        group.bench_function(BenchmarkId::from_parameter(which), |b| {
+            b.iter(|| {
+                for &point in &points {
+                    black_box(<f64x8 as Number>::lattice::<N>(black_box(point)));
+                }
+            });
+        });
+    }
+}
+
+fn noise(c: &mut Criterion) {
+    noises::<1>(c);
+    noises::<2>(c);
+    noises::<3>(c);
+}
+
+criterion_group!(benches, kernels, noise);
 criterion_main!(benches);
