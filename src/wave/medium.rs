@@ -47,11 +47,16 @@ impl Media {
             self.lists.push(SmallVec::new());
             self.numbers.insert(SmallVec::new(), 0);
         }
-        let next = self.lists.len() as u32;
-        let number = *self.numbers.entry(list.clone()).or_insert(next);
-        if number == next {
-            self.lists.push(list);
+        // (Most of those that orthographic cameras ask for, at every packet.)
+        if list.is_empty() {
+            return 0;
         }
+        if let Some(&number) = self.numbers.get(&list) {
+            return number;
+        }
+        let number = self.lists.len() as u32;
+        self.lists.push(list.clone());
+        self.numbers.insert(list, number);
         number
     }
 
