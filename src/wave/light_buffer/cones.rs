@@ -1,5 +1,6 @@
 //! The few things around a light, each in the cone that it fills: eight ways to the light are held against all of them at once,
-//! which takes less than to look up a cell for each.
+//! which takes less than to look up a cell for each. Where they are more than a handful, all eight ways against eight cones
+//! first.
 
 use super::Known;
 use super::casters::{Caster, Casters};
@@ -9,7 +10,9 @@ use crate::bvh::Run;
 #[cfg(doc)]
 use crate::compile::NO_SURFACE;
 use crate::compile::{Kind, SurfaceId};
-use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes, f32x8};
+use crate::lane::{
+    LANES, Lane, Mask, Scalar, Vec3, bits, equal_lanes, f32x8, first_and_last, first_lanes, highest,
+};
 use glam::DVec3;
 
 /// What stands around a light, in compiled space.
@@ -17,6 +20,8 @@ use glam::DVec3;
 pub struct Cones {
     /// Of what the light is beside.
     all: Vec<Cone>,
+    /// The same by eights.
+    eights: Vec<EightCones>,
     /// Some are not balls.
     boxed: bool,
     /// What it is in the box of.
@@ -43,6 +48,13 @@ struct Cone {
     caster: Run,
 }
 
+/// Where the ways of eight cones go, as points of the unit sphere: those that are no farther from a point than so much.
+#[derive(Debug)]
+struct EightCones {
+    axis: [[f32; LANES]; 3],
+    reach: [f32; LANES],
+}
+
 /// What cosines of directions in single precision may be off by: a rounding or two each of their components, of three products and
 /// two sums, and of the bound.
 const COSINE_ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
@@ -54,7 +66,8 @@ impl Cones {
     pub fn of<S: Scalar>(casters: &Casters, bounded: &[Caster], location: DVec3) -> Self {
         let slack = slack_at::<S>(location, casters);
         let regions = Regions::of(casters, location, slack);
-        let mut cones = Self { all: Vec::new(), boxed: false, around: Vec::new(), regions };
+        let (all, eights, around) = (Vec::new(), Vec::new(), Vec::new());
+        let mut cones = Self { all, eights, boxed: false, around, regions };
         for caster in bounded {
             let (min, max) = relative(caster, location, slack);
             if min.max(-max).max_element() <= 0.0 {
@@ -66,7 +79,25 @@ impl Cones {
                 cones.all.push(cone);
             }
         }
+        cones.eights = cones.all.chunks(LANES).map(EightCones::of).collect();
         cones
+    }
+
+    /// Hands those cones to `test` that any of the ways `lanes` may be in, and more.
+    #[inline(always)]
+    fn each_near(&self, way: &Way, lanes: u8, mut test: impl FnMut(&Cone)) {
+        if self.eights.len() <= 1 || lanes == 0 {
+            self.all.iter().for_each(test);
+            return;
+        }
+        let bundle = Bundle::of(way, lanes);
+        for (cones, eight) in self.all.chunks(LANES).zip(&self.eights) {
+            for k in bits(bundle.meets(eight) & first_lanes(cones.len())) {
+                if let Some(cone) = cones.get(k) {
+                    test(cone);
+                }
+            }
+        }
     }
 
     /// Puts into `known` what is known of the ways from `lanes` of eight points, by their unit directions and lengths. As for
@@ -82,16 +113,16 @@ impl Cones {
     ) {
         let way = Way::of(way, self.boxed);
         let (mut met, mut blocked) = (0u8, 0u8);
-        for cone in &self.all {
+        self.each_near(&way, lanes, |cone| {
             let (cosine, within) = cone.holds(&way, lanes);
             if within == 0 {
-                continue;
+                return;
             }
             let others = within & !(equal_lanes(surface, cone.surface) & outside);
             let behind = cosine.gt(f32x8::splat(cone.full)) & way.length.gt(f32x8::splat(cone.beyond));
             met |= others;
             blocked |= others & behind.bits();
-        }
+        });
         known.free = self.regions.hold(lanes & !met, point, surface);
         (known.blocked, known.doubtful) = (blocked, 0);
     }
@@ -104,12 +135,12 @@ impl Cones {
             test(caster, lanes);
         }
         let way = Way::of(way, self.boxed);
-        for cone in &self.all {
+        self.each_near(&way, lanes, |cone| {
             let (_, within) = cone.holds(&way, lanes);
             if within != 0 {
                 test(&cone.caster, within);
             }
-        }
+        });
     }
 }
 
@@ -132,6 +163,54 @@ impl Way {
         let dir = dir.cast::<f32x8>();
         let inverse = if boxed { dir.slab_inverse() } else { Vec3::default() };
         Self { dir, inverse, length: length.cast() }
+    }
+}
+
+/// All ways of a packet, as points of the unit sphere: what they lie around, and how far from there.
+struct Bundle {
+    middle: Vec3<f32x8>,
+    reach: f32x8,
+}
+
+impl Bundle {
+    /// Of `lanes` (not none).
+    #[inline(always)]
+    fn of(way: &Way, lanes: u8) -> Self {
+        // As neighbours in a picture come in rows, between the first and the last.
+        let (first, last) = first_and_last(lanes);
+        let between = |x: &f32x8| (x.lanes()[first] + x.lanes()[last]) * 0.5;
+        let Vec3 { x, y, z } = &way.dir;
+        let middle = Vec3::<f32x8>::broadcast([between(x), between(y), between(z)]);
+        let off = way.dir - middle;
+        let farthest = highest(Mask::from_bits(lanes).select(off.fused_dot(off), f32x8::zero()));
+        let reach = f32x8::splat(farthest).sqrt() * f32x8::lit(1.0 + DISTANCE_ROUNDING);
+        Self { middle, reach }
+    }
+
+    /// The cones that some of the ways may be in, a bit for each.
+    #[inline(always)]
+    fn meets(&self, cones: &EightCones) -> u8 {
+        let [x, y, z] = cones.axis.map(f32x8::from_array);
+        let (off, reach) = (Vec3::new(x, y, z) - self.middle, f32x8::from_array(cones.reach) + self.reach);
+        // (Ways that are none are NaN, and meet everything.)
+        !off.fused_dot(off).gt(reach * reach).bits()
+    }
+}
+
+impl EightCones {
+    /// Of up to eight.
+    fn of(cones: &[Cone]) -> Self {
+        let mut eight = Self { axis: [[0.0; LANES]; 3], reach: [0.0; LANES] };
+        for (k, cone) in cones.iter().enumerate().take(LANES) {
+            for (axis, own) in eight.axis.iter_mut().zip(cone.axis) {
+                axis[k] = own;
+            }
+            // The square is twice one less the cosine, which is no more off than once more what was allowed for; as much again for
+            // the lengths of what are not quite unit vectors.
+            let square = 2.0 * (1.0 - f64::from(cone.least) + 2.0 * COSINE_ROUNDING);
+            eight.reach[k] = (square.sqrt() * (1.0 + DISTANCE_ROUNDING)) as f32;
+        }
+        eight
     }
 }
 
@@ -185,5 +264,56 @@ impl Cone {
             within &= enter.le(leave * f32x8::lit(1.0 + DISTANCE_ROUNDING)).bits();
         }
         (cosine, within)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compile::NO_SURFACE;
+    use crate::kernel::Aabb;
+    use crate::random::Random;
+
+    /// Balls and boxes about a light, most of them far and small, some touching each other as its ways see them; ways that run
+    /// side by side, and ways all about.
+    #[test]
+    fn what_any_way_is_in_is_near() {
+        let mut random = Random::new(7);
+        let mut numbers = || random.vector(1.0);
+        let (mut cones, mut near, mut in_any) = (Vec::new(), 0, 0);
+        for row in 0..60u32 {
+            let size = 0.5f64.powi(row as i32 % 7);
+            let (center, half) = (numbers().normalize() * 4.0, DVec3::splat(size));
+            let kind = if row % 2 == 0 { Kind::Sphere } else { Kind::Box } as u8;
+            let bounds = Aabb { min: center - half, max: center + half };
+            let (classes, surface, blocks, opaque) = (0, NO_SURFACE, true, true);
+            let caster = Caster { bounds, kind, row, classes, surface, blocks, opaque };
+            cones.push(Cone::of(&caster, DVec3::ZERO, 1e-6));
+        }
+        let eights = cones.chunks(LANES).map(EightCones::of).collect();
+        let regions = Regions::default();
+        let all = Cones { all: cones, eights, boxed: true, around: Vec::new(), regions };
+        for round in 0..4000 {
+            let (middle, spread) = (numbers(), [1e-4, 1e-3, 1e-2, 0.1, 10.0][round % 5]);
+            let ways: [DVec3; LANES] = std::array::from_fn(|_| (middle + numbers() * spread).normalize());
+            let lengths = f32x8::lit(10.0);
+            let way = Way::of((Vec3::<f32x8>::from_fn(|k| ways[k]), lengths), true);
+            let lanes = [0xff, 0x3c, 0x81, 0x10][round % 4];
+            let rows = |found: &mut Vec<u32>, cone: &Cone| {
+                if cone.holds(&way, lanes).1 != 0 {
+                    found.push(cone.caster.first);
+                }
+            };
+            let (mut expected, mut found) = (Vec::new(), Vec::new());
+            all.all.iter().for_each(|cone| rows(&mut expected, cone));
+            all.each_near(&way, lanes, |cone| {
+                near += 1;
+                rows(&mut found, cone);
+            });
+            assert_eq!(found, expected, "round {round}");
+            in_any += expected.len();
+        }
+        // It would be for nothing if most were near.
+        assert!(near < 4000 * 60 / 3 && in_any > 1000, "{near} near, {in_any} in");
     }
 }

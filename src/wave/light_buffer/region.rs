@@ -7,7 +7,7 @@ use crate::lane::{LANES, Lane, Scalar, Vec3, equal_lanes, f64x8};
 use glam::DVec3;
 
 /// What a light cannot see past but for points within it: surfaces without bounds, and those that the light is inside of.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Regions {
     all: Vec<Region>,
     /// No other such surface is there, or nothing can be told of points by what stands before the light.
