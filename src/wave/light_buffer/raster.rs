@@ -10,7 +10,7 @@ use super::sheet::{Facet, Figures};
 use super::{Cell, FACES, Face, LightBuffer, List};
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays};
-use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8};
+use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8, prefetch};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -25,6 +25,8 @@ const ACROSS_ROUNDINGS: f64 = 8.0;
 pub(super) const MOST_ACROSS: f64 = 0.5 * CELL_ROUNDING / (6.0 * f32::UNIT_ROUNDOFF);
 /// Faces go a little beyond the cube's edges, so that a point that rounding puts on the next face finds what is there.
 pub(super) const EDGE: f64 = 1.0 + 1e-3;
+/// So many casters before one is drawn, it is asked for.
+const AHEAD: usize = 8;
 /// All casters of one light are drawn into at most so many times as many cells as there are, by coarser cells if need be.
 const OVERDRAW: usize = 16;
 
@@ -125,8 +127,12 @@ pub fn fill<S: Scalar, B: Scalar>(
             }),
         );
         order.sort_unstable();
-        for &number in &*order {
-            let &(name, ref outline) = &seen.outlines[number as u32 as usize];
+        let outline = |k: usize| order.get(k).map(|&number| &seen.outlines[number as u32 as usize]);
+        for k in 0..order.len() {
+            // In this order they are all over the memory, and of a large scene more than a cache holds.
+            outline(k + 2 * AHEAD).inspect(|outline| prefetch(*outline));
+            outline(k + AHEAD).inspect(|outline| prefetch(&all[outline.0 as usize]));
+            let Some(&(name, ref outline)) = outline(k) else { break };
             let caster = &all[name as usize];
             let places = outline.cells(&face);
             let first = drawn.draw(name, (caster, outline.near), &light, places);
