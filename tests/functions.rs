@@ -268,3 +268,25 @@ fn transcendental_functions_keep_their_bounds() {
         assert!(worst <= 1.0, "{body} from {from} to {to}: {worst} of its bound");
     }
 }
+
+/// What patterns ask for by themselves.
+#[test]
+fn sines_and_powers_of_patterns_keep_their_bounds() {
+    use octray::scene::number::Number;
+    let mut random = Random(4);
+    let (mut of_sines, mut of_powers) = (0.0f64, 0.0f64);
+    for _ in 0..20_000 {
+        let x = f64x8::from_fn(|_| random.unit());
+        let exponent = 0.2 + 2.0 * random.unit();
+        let (sines, powers) = (Number::sine(x * 20.0 - 10.0), Number::raised(x, exponent));
+        for (k, x) in x.to_array().into_iter().enumerate() {
+            of_sines = of_sines.max((sines.to_array()[k] - (x * 20.0 - 10.0).sin()).abs() / 2f64.powi(-52));
+            let power = x.powf(exponent);
+            let bound = 2f64.powi(-50) * power * (1.0 + power.ln().abs());
+            of_powers = of_powers.max((powers.to_array()[k] - power).abs() / bound);
+        }
+    }
+    println!("sines {of_sines:.2}, powers {of_powers:.2} of their bounds");
+    assert!(of_sines <= 1.0 && of_powers <= 1.0, "{of_sines} {of_powers}");
+    assert_eq!(<f64x8 as Number>::raised(Lane::zero(), 0.77).to_array(), [0.0; 8]);
+}

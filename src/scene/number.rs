@@ -1,7 +1,7 @@
 //! What a formula over numbers needs, so that it is written once for one point and for many at a time.
 //!
-//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation but [`Number::sine`] rounds as f64's own does, so
-//! that every kind of number comes to the same bits.
+//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation but [`Number::sine`] and
+//! [`Number::raised`] rounds as f64's own does, so that every kind of number comes to the same bits.
 
 use super::noise::sums_at;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -30,6 +30,8 @@ pub trait Number:
     fn whole(self) -> Self;
     /// Sine; in lanes within 2^-52.
     fn sine(self) -> Self;
+    /// A power `p` of numbers from 0 on; in lanes within `2^-50 p (1 + |ln p|)`.
+    fn raised(self, exponent: f64) -> Self;
     /// Random functions of space, independent of each other, about 0, that noise is made of: [`sums_at`].
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N];
     /// The number, if it is the same at all points.
@@ -96,6 +98,9 @@ impl Number for f64 {
     }
     fn sine(self) -> Self {
         self.sin()
+    }
+    fn raised(self, exponent: f64) -> Self {
+        self.powf(exponent)
     }
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         sums_at(p)

@@ -65,7 +65,7 @@ impl Pattern {
         match self {
             Self::Agate(strength, octaves) => {
                 let layers = noise::turbulence(p, octaves, generator) * (1.3 * strength) + z * 1.1;
-                ((cycle(layers) + 1.0) * 0.5).unit().map(|v| v.powf(0.77))
+                ((cycle(layers) + 1.0) * 0.5).unit().raised(0.77)
             }
             Self::Bozo => generator.noise(p),
             Self::Dents => generator.noise(p).cubed(),

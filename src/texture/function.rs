@@ -42,6 +42,9 @@ impl Number for f64x8 {
     fn sine(self) -> Self {
         one(Unary::Sin, self, !0)
     }
+    fn raised(self, exponent: f64) -> Self {
+        self.pow_const(exponent)
+    }
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
         noise::lattice(p)
     }
