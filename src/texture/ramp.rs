@@ -1,7 +1,7 @@
 //! Colour maps in lanes.
 
 use super::Colors;
-use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, each_lane, f32x8};
 use crate::scene::{Color, ColorMap};
 
 /// A colour map, ready to be looked up in.
@@ -28,6 +28,9 @@ struct Stretch {
     from: [f32; 5],
     change: [f32; 5],
 }
+
+/// Of so many places, or fewer, it takes less to hold eight numbers against each than to look for eight stretches one by one.
+const FEW_PLACES: usize = 16;
 
 impl Stretch {
     fn new((before, from): &(f64, Color), (end, to): &(f64, Color)) -> Self {
@@ -59,8 +62,7 @@ impl Ramp {
 
     /// The colours of eight numbers.
     pub fn look_up<L: Lane>(&self, value: L) -> Colors {
-        let lanes = value.lanes();
-        let at: [u32; LANES] = each_lane(|k| self.stretch_at(lanes[k]) as u32);
+        let at = self.stretches_at(value);
         let of = |k: usize| &self.stretches[at[k] as usize];
         if at == [at[0]; LANES] {
             let &Stretch { before, end, width, from, change } = of(0);
@@ -71,6 +73,25 @@ impl Ramp {
         let stretch = [number(|s| s.before), number(|s| s.end), number(|s| s.width)];
         let share = share(value, stretch);
         mixed(share, |c| f32x8::from_fn(|k| of(k).from[c]), |c| f32x8::from_fn(|k| of(k).change[c]))
+    }
+
+    /// The stretches that eight numbers lie in.
+    #[inline(always)]
+    fn stretches_at<L: Lane>(&self, value: L) -> [u32; LANES] {
+        let lanes = value.lanes();
+        let end = match self.places.last() {
+            Some(&end) if self.places.len() <= FEW_PLACES => L::lit(end),
+            _ => return each_lane(|k| self.stretch_at(lanes[k]) as u32),
+        };
+        // As below, place by place: those before the first that a number is not above.
+        let (mut above, mut count, one) = (Mask::<L>::all_set(), L::zero(), L::lit(1.0));
+        for &place in &self.places {
+            above &= !value.le(L::lit(place));
+            count += above.keep(one);
+        }
+        let len = L::lit(self.places.len() as f64);
+        let at = value.ge(end).select(len, count.lt(len).keep(count));
+        at.cast::<f32x8>().trunc_int().to_array().map(|at| at as u32)
     }
 
     /// The stretch that a number lies in.
@@ -137,6 +158,7 @@ mod tests {
             vec![0.1, 0.4, 0.4, 0.9],
             vec![0.8, 0.2, 0.5],
             vec![0.0, 0.3, 0.3, 0.3, 0.2, 1.0],
+            (0..=FEW_PLACES).map(|k| k as f64 / FEW_PLACES as f64).collect(),
         ] {
             let grey = |k: usize| Color::opaque(((k * 7 + 3) % 11) as f64 / 11.0, 0.0, 0.0);
             let map =
