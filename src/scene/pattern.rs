@@ -2,7 +2,7 @@
 
 use super::function::{Function, Surroundings};
 use super::noise::{self, Generator, Octaves};
-use super::number::Number;
+use super::number::{Number, length};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -105,21 +105,27 @@ impl Pattern {
                 pattern.value(std::array::from_fn(|axis| p[axis] + shift[axis] * amount[axis]), generator)
             }
             Self::Gradient(direction) => T::each(p, |p| wrapped(DVec3::from(p).dot(*direction))),
-            Self::Boxed => T::each(p, |p| 1.0 - DVec3::from(p).abs().max_element().min(1.0)),
+            Self::Boxed => {
+                let one = T::lit(1.0);
+                one - one.smaller(x.abs().larger(y.abs()).larger(z.abs()))
+            }
             Self::Cylindrical => T::lit(1.0) - T::lit(1.0).smaller(across(x, z)),
             Self::Function(function) => T::each(p, |p| {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&p, &mut around).unwrap_or(0.0))
             }),
             Self::Leopard => ((x.sine() + y.sine() + z.sine()) / T::lit(3.0)).squared(),
-            Self::Onion => T::each(p, |p| DVec3::from(p).length() % 1.0),
-            Self::Planar => y.map(|y| 1.0 - y.abs().min(1.0)),
+            Self::Onion => {
+                let distance = length(p);
+                distance - distance.whole()
+            }
+            Self::Planar => T::lit(1.0) - T::lit(1.0).smaller(y.abs()),
             Self::Radial => T::each([x, z], |[x, z]| {
                 // On the axis there is no angle.
                 let on_axis = x.abs() < 0.001 && z.abs() < 0.001;
                 0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
             }),
-            Self::Spherical => T::each(p, |p| (1.0 - DVec3::from(p).length()).max(0.0)),
+            Self::Spherical => (T::lit(1.0) - length(p)).larger(T::lit(0.0)),
         }
     }
 
