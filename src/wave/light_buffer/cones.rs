@@ -182,7 +182,10 @@ impl Bundle {
         let Vec3 { x, y, z } = &way.dir;
         let middle = Vec3::<f32x8>::broadcast([between(x), between(y), between(z)]);
         let off = way.dir - middle;
-        let farthest = highest(Mask::from_bits(lanes).select(off.fused_dot(off), f32x8::zero()));
+        let square = off.fused_dot(off);
+        // A way that is none is NaN: wherever it is, it is in reach.
+        let square = square.equal(square).select(square, f32x8::lit(f64::INFINITY));
+        let farthest = highest(Mask::from_bits(lanes).select(square, f32x8::zero()));
         let reach = f32x8::splat(farthest).sqrt() * f32x8::lit(1.0 + DISTANCE_ROUNDING);
         Self { middle, reach }
     }
@@ -192,7 +195,7 @@ impl Bundle {
     fn meets(&self, cones: &EightCones) -> u8 {
         let [x, y, z] = cones.axis.map(f32x8::from_array);
         let (off, reach) = (Vec3::new(x, y, z) - self.middle, f32x8::from_array(cones.reach) + self.reach);
-        // (Ways that are none are NaN, and meet everything.)
+        // (Of such a middle everything is NaN, and met.)
         !off.fused_dot(off).gt(reach * reach).bits()
     }
 }
@@ -295,7 +298,11 @@ mod tests {
         let all = Cones { all: cones, eights, boxed: true, around: Vec::new(), regions };
         for round in 0..4000 {
             let (middle, spread) = (numbers(), [1e-4, 1e-3, 1e-2, 0.1, 10.0][round % 5]);
-            let ways: [DVec3; LANES] = std::array::from_fn(|_| (middle + numbers() * spread).normalize());
+            let mut ways: [DVec3; LANES] = std::array::from_fn(|_| (middle + numbers() * spread).normalize());
+            if round % 7 == 0 {
+                // From where the light itself is.
+                ways[round % LANES] = DVec3::NAN;
+            }
             let lengths = f32x8::lit(10.0);
             let way = Way::of((Vec3::<f32x8>::from_fn(|k| ways[k]), lengths), true);
             let lanes = [0xff, 0x3c, 0x81, 0x10][round % 4];
