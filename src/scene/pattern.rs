@@ -105,11 +105,8 @@ impl Pattern {
                 pattern.value(std::array::from_fn(|axis| p[axis] + shift[axis] * amount[axis]), generator)
             }
             Self::Gradient(direction) => T::each(p, |p| wrapped(DVec3::from(p).dot(*direction))),
-            Self::Boxed => {
-                let one = T::lit(1.0);
-                one - one.smaller(x.abs().larger(y.abs()).larger(z.abs()))
-            }
-            Self::Cylindrical => T::lit(1.0) - T::lit(1.0).smaller(across(x, z)),
+            Self::Boxed => falling(x.abs().larger(y.abs()).larger(z.abs())),
+            Self::Cylindrical => falling(across(x, z)),
             Self::Function(function) => T::each(p, |p| {
                 let mut around = Surroundings::new(FUNCTION_STEPS, &|_, _| [0.0; 5]);
                 wrapped(function.value(&p, &mut around).unwrap_or(0.0))
@@ -119,13 +116,13 @@ impl Pattern {
                 let distance = length(p);
                 distance - distance.whole()
             }
-            Self::Planar => T::lit(1.0) - T::lit(1.0).smaller(y.abs()),
+            Self::Planar => falling(y.abs()),
             Self::Radial => T::each([x, z], |[x, z]| {
                 // On the axis there is no angle.
                 let on_axis = x.abs() < 0.001 && z.abs() < 0.001;
                 0.25 + if on_axis { 0.0 } else { (x.atan2(z) + PI) / TAU }
             }),
-            Self::Spherical => (T::lit(1.0) - length(p)).larger(T::lit(0.0)),
+            Self::Spherical => falling(length(p)),
         }
     }
 
@@ -159,6 +156,12 @@ impl Pattern {
             pattern => (pattern.clone(), DVec3::ZERO, Octaves::default()),
         }
     }
+}
+
+/// 1 at no distance, falling to 0 at 1.
+fn falling<T: Number>(distance: T) -> T {
+    let one = T::lit(1.0);
+    one - one.smaller(distance)
 }
 
 /// How far a point is from an axis: by squares, as POV-Ray has it.

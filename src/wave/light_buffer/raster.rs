@@ -127,12 +127,16 @@ pub fn fill<S: Scalar, B: Scalar>(
             }),
         );
         order.sort_unstable();
-        let outline = |k: usize| order.get(k).map(|&number| &seen.outlines[number as u32 as usize]);
-        for k in 0..order.len() {
+        let outline = |number: u64| &seen.outlines[number as u32 as usize];
+        for (k, &number) in order.iter().enumerate() {
             // In this order they are all over the memory, and of a large scene more than a cache holds.
-            outline(k + 2 * AHEAD).inspect(|outline| prefetch(*outline));
-            outline(k + AHEAD).inspect(|outline| prefetch(&all[outline.0 as usize]));
-            let Some(&(name, ref outline)) = outline(k) else { break };
+            if let Some(&ahead) = order.get(k + 2 * AHEAD) {
+                prefetch(outline(ahead));
+            }
+            if let Some(&ahead) = order.get(k + AHEAD) {
+                prefetch(&all[outline(ahead).0 as usize]);
+            }
+            let &(name, ref outline) = outline(number);
             let caster = &all[name as usize];
             let places = outline.cells(&face);
             let first = drawn.draw(name, (caster, outline.near), &light, places);
