@@ -1,7 +1,7 @@
 //! The form of the finished tree.
 
 use crate::kernel::Aabb;
-use crate::lane::{LANES, Scalar, prefetch};
+use crate::lane::{LANES, Lane, Scalar, prefetch};
 use glam::DVec3;
 
 /// A tree with boxes in precision `B`.
@@ -136,6 +136,13 @@ impl<B: Scalar> Node<B> {
     #[inline(always)]
     pub fn children(&self) -> u32 {
         self.child.iter().filter(|&&child| child != Child::NONE).count() as u32
+    }
+
+    /// A bit for each child that is there.
+    #[inline(always)]
+    pub fn present(&self) -> u8 {
+        let [low, high] = [self.planes[0], self.planes[3]].map(B::Lane::from_array);
+        low.le(high).bits()
     }
 
     /// Asks the memory for all of it.

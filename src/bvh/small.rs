@@ -6,8 +6,9 @@
 use super::bounds::Hull;
 use super::eights::{Packets, each_packet};
 use super::packet::Packet;
+use super::stack::farther_than;
 use super::visit::Visit;
-use super::{Bvh, Child, Node};
+use super::{Bvh, Node};
 use crate::lane::{LANES, Lane, Scalar, bits};
 
 /// Trees of up to this many nodes are small.
@@ -138,19 +139,13 @@ impl<B: Scalar> Guide<B> {
             let low = B::Lane::from_array(node.planes[axis]).fused(self.inverse[axis], self.offset[axis]);
             let high =
                 B::Lane::from_array(node.planes[axis + 3]).fused(self.inverse[axis], self.offset[axis]);
-            enter = low.min(high).max(enter);
+            enter = low.min(high).later(enter);
         }
-        let enter = enter.to_array();
-        let first = *top;
-        for child in bits(near).filter(|&child| node.child[child] != Child::NONE) {
-            // By insertion: children are few.
-            let mut place = *top;
-            while place > first && enter[usize::from(stack[place - 1].child)] < enter[child] {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = Waiting { node: number as u8, child: child as u8, who };
-            *top += 1;
+        let near = near & node.present();
+        for child in bits(near) {
+            let place = *top + farther_than(enter, near, child);
+            stack[place & (ROOM - 1)] = Waiting { node: number as u8, child: child as u8, who };
         }
+        *top += near.count_ones() as usize;
     }
 }
