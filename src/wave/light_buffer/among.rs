@@ -6,7 +6,7 @@ use super::casters::Caster;
 use crate::bvh::Run;
 use crate::compile::{COMPOSITE, Geometry, SurfaceId, WithBlock};
 use crate::kernel::{Block, Ranks, Ray};
-use crate::lane::{LANES, Lane, QUAD, Scalar, bits, f32x8};
+use crate::lane::{LANES, Lane, Mask, QUAD, Scalar, bits, f32x8, highest};
 use std::cmp::Ordering;
 
 /// Opaque rows of one kind that stand together in their columns.
@@ -83,7 +83,8 @@ pub(super) fn met<S: Scalar, B: Scalar>(
     lanes: u8,
 ) -> u8 {
     // Lists are long, and mostly little of them lies before the farthest of the points: no more is read.
-    let farthest = bits(lanes).map(|lane| ways.depths[lane & (LANES - 1)]).fold(0.0, f32::max);
+    let depths = f32x8::from_array(*ways.depths);
+    let farthest = highest(Mask::from_bits(lanes).select(depths, f32x8::zero()));
     let (mut met, mut rest) = (0, candidates);
     while let Some(&Candidate { kind, near, alike, .. }) = rest.first() {
         if near > farthest || met == lanes {

@@ -25,7 +25,7 @@ pub use raster::{Room, fill};
 use super::query::Query;
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
 use crate::lane::{
-    LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_lane, equal_lanes, f32x8, lanes_within, prefetch,
+    LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, equal_lanes, f32x8, lanes_within, prefetch,
     same_lanes,
 };
 use among::{Candidate, Ways, met};
@@ -133,6 +133,15 @@ pub struct Places {
     depth: f32x8,
 }
 
+impl Places {
+    /// The cells of `lanes`; in other lanes that of one of these. (All are asked for: nobody guesses how many there are.)
+    #[inline(always)]
+    fn cells_of(&self, lanes: u8) -> [u32; LANES] {
+        let one = self.cell[lanes.trailing_zeros() as usize & (LANES - 1)];
+        choose(lanes, &self.cell, &[one; LANES])
+    }
+}
+
 /// What a light's buffer knows of eight points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known {
@@ -204,8 +213,8 @@ impl LightBuffer {
             cell = choose(same, &each_lane(place), &cell);
         }
         *places = Places { within, beside, cell, depth };
-        for k in bits(within) {
-            if let Some(cell) = self.cells.get(cell[k] as usize) {
+        for cell in places.cells_of(within) {
+            if let Some(cell) = self.cells.get(cell as usize) {
                 prefetch(cell);
             }
         }
@@ -217,10 +226,11 @@ impl LightBuffer {
     pub fn look<L: Lane>(
         &self,
         point: Vec3<L>,
-        &Places { within, beside, cell, depth }: &Places,
+        places: &Places,
         (surface, outside): (&[SurfaceId; LANES], u8),
         known: &mut Known,
     ) {
+        let &Places { within, beside, cell, depth } = places;
         (known.free, known.blocked, known.doubtful) = (beside, 0, 0);
         if within != 0 {
             // Lanes that are not within have any number.
@@ -247,9 +257,11 @@ impl LightBuffer {
         let open = self.regions.hold(known.free | known.doubtful, point, surface);
         known.free &= open;
         known.doubtful &= open;
-        for k in bits(known.doubtful) {
-            if let Some(list) = self.lists.get(cell[k] as usize) {
-                prefetch(list);
+        if known.doubtful != 0 {
+            for cell in places.cells_of(known.doubtful) {
+                if let Some(list) = self.lists.get(cell as usize) {
+                    prefetch(list);
+                }
             }
         }
     }
@@ -257,8 +269,8 @@ impl LightBuffer {
     /// Asks the memory for the lists of points that are in doubt.
     #[inline]
     pub fn fetch_lists(&self, places: &Places, doubtful: u8) {
-        for k in bits(doubtful) {
-            let list = self.lists.get(places.cell[k] as usize);
+        for cell in places.cells_of(doubtful) {
+            let list = self.lists.get(cell as usize);
             if let Some(first) = list.and_then(|list| self.candidates.get(list.first as usize)) {
                 prefetch(first);
             }
