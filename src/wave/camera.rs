@@ -16,9 +16,9 @@ const BLOCK: usize = 8;
 pub struct PixelOrder {
     /// Width and height of the tile.
     size: (usize, usize),
-    /// Column and row of each pixel.
-    pixels: Vec<[u32; 2]>,
-    /// Its place in the tile, row by row.
+    /// By packet of rays, columns and rows; of the last pixel in lanes that have none.
+    packets: Vec<[f64x8; 2]>,
+    /// Of each pixel its place in the tile, row by row.
     places: Vec<u32>,
 }
 
@@ -29,19 +29,23 @@ impl PixelOrder {
             return;
         }
         self.size = (width, height);
-        self.pixels.clear();
+        self.packets.clear();
+        self.places.clear();
         for block_y in (0..height).step_by(BLOCK) {
             for block_x in (0..width).step_by(BLOCK) {
                 for cell in 0..BLOCK {
                     let (x, y) = (block_x + cell % 2 * 4, block_y + cell / 2 * 2);
                     let eight = (0..LANES).map(|k| (x + k % 4, y + k / 4));
                     let within = eight.filter(|&(x, y)| x < width && y < height);
-                    self.pixels.extend(within.map(|(x, y)| [x as u32, y as u32]));
+                    self.places.extend(within.map(|(x, y)| (y * width + x) as u32));
                 }
             }
         }
-        self.places.clear();
-        self.places.extend(self.pixels.iter().map(|&[x, y]| y * width as u32 + x));
+        for eight in self.places.chunks(LANES) {
+            let place = |k: usize| eight[k.min(eight.len() - 1)] as usize;
+            let column = f64x8::from_fn(|k| (place(k) % width) as f64);
+            self.packets.push([column, f64x8::from_fn(|k| (place(k) / width) as f64)]);
+        }
     }
 
     /// The pixels' places in the tile, row by row.
@@ -64,13 +68,12 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
     let l = Vec3::splat(camera.direction);
     let eye = Vec3::splat(camera.location - scene.geometry.origin);
     let mut eye_medium = None;
-    for (number, eight) in order.pixels.chunks(LANES).enumerate() {
-        let pixel = each_lane(|k| eight[k.min(eight.len() - 1)]);
+    let [width, height, half] = [width as f64, height as f64, 0.5].map(f64x8::lit);
+    let [first_x, first_y] = [area.x, area.y].map(|first| f64x8::lit(first as f64));
+    for (number, &[x, y]) in order.packets.iter().enumerate() {
         // Across the picture from -1/2 to 1/2, left to right and bottom to top.
-        let s = f64x8::from_fn(|k| ((area.x as f64 + f64::from(pixel[k][0])) + 0.5) / width as f64 - 0.5);
-        let t = f64x8::from_fn(|k| {
-            (height as f64 - (area.y as f64 + f64::from(pixel[k][1])) - 0.5) / height as f64 - 0.5
-        });
+        let s = ((first_x + x) + half) / width - half;
+        let t = (height - (first_y + y) - half) / height - half;
         let (origin, dir) = match camera.projection {
             Projection::Perspective => (eye, l + u * s + v * t),
             Projection::Orthographic => (eye + u * s + v * t, l),
@@ -90,7 +93,7 @@ pub fn push_camera_rays<S: Scalar, B: Scalar>(
             sink: each_lane(|k| (number * LANES + k) as u32),
             level: [1; LANES],
             medium,
-            lanes: first_lanes(eight.len()),
+            lanes: first_lanes(order.places.len() - number * LANES),
         };
         queue.push();
     }
