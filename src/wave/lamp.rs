@@ -9,7 +9,7 @@ use super::light_buffer::{Around, Cones, Known, LightBuffer, Places};
 use super::query::Query;
 use super::queue::Lines;
 use crate::compile::{Compiled, Geometry};
-use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
+use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Rgb;
 use crate::texture::{Colors, LayerProgram};
 
@@ -80,15 +80,17 @@ impl<L: Lane> Lamp<L> {
                 return false;
             }
         }
-        let (dir, distance) = light.towards(hit.point);
-        let cos = hit.normal.dot(dir);
+        // (Where others read them, and nowhere else: they are sixteen registers.)
+        (self.dir, self.distance) = light.towards(hit.point);
+        let Self { dir, distance, cos, known, .. } = self;
+        *cos = hit.normal.dot(*dir);
         let front = (cos.ge(L::lit(ALONG_SURFACE)).bits() | double) & hit.active;
         if front == 0 && !from_behind {
             return false;
         }
-        self.light = light.at(hit.point, dir, distance);
+        self.light = light.at(hit.point, *dir, *distance);
         let mut bright = self.light.abs().max_element().ge(f32x8::lit(NO_LIGHT)).bits() & hit.active;
-        let (asked, known) = (bright & front, &mut self.known);
+        let asked = bright & front;
         match &light.around {
             Around::Unknown => known.keep(0),
             Around::Cells(buffer) => {
@@ -107,7 +109,6 @@ impl<L: Lane> Lamp<L> {
         bright &= !known.blocked;
         self.free = if light.shadowless { !0 } else { known.free };
         self.shadowless = light.shadowless;
-        (self.dir, self.distance, self.cos) = (dir, distance, cos);
         (self.front, self.back) = (bright & front, bright & !front);
         bright != 0
     }
@@ -119,21 +120,27 @@ fn ask<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     buffer: &LightBuffer,
     hit: &Hit<S::Lane>,
-    (dir, distance): (Vec3<S::Lane>, S::Lane),
+    (dir, distance): (&Vec3<S::Lane>, &S::Lane),
     places: &Places,
     known: &mut Known,
 ) {
     buffer.fetch_lists(places, known.doubtful);
     let mut lines = Lines::default();
     hit.leave(dir, &mut lines);
-    let mut query = Query::new(&lines, before_light(hit, distance), known.doubtful);
+    let mut query = Query::new(&lines, before_light(hit, *distance), known.doubtful);
     buffer.ask(scene, &mut query, places, known);
 }
 
 /// Asks the cones around a light for the ways to it from `lanes` of eight hits.
 #[inline(never)] // Inlined, it takes the registers of shading.
-fn look_around<L: Lane>(cones: &Cones, hit: &Hit<L>, way: (Vec3<L>, L), lanes: u8, known: &mut Known) {
-    cones.look(hit.point, way, (&hit.surface, hit.outside), lanes, known);
+fn look_around<L: Lane>(
+    cones: &Cones,
+    hit: &Hit<L>,
+    (dir, distance): (&Vec3<L>, &L),
+    lanes: u8,
+    known: &mut Known,
+) {
+    cones.look(hit.point, (*dir, *distance), (&hit.surface, hit.outside), lanes, known);
 }
 
 /// POV-Ray's least cosine of light that still falls on the front.
@@ -211,24 +218,27 @@ fn before_light<L: Lane>(hit: &Hit<L>, distance: L) -> L {
     distance - reach * L::lit(LIGHT_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF)
 }
 
-/// Sends shadow rays for the light `sum` that could go to the eye from lamp `number`; returns what nothing is in the way of, as
-/// it arrives at the hits' sums.
+/// Sends shadow rays for the light `sum` that could go to the eye from lamp `number`; adds what nothing is in the way of to `local`,
+/// as it arrives at the hits' sums.
 #[inline]
 pub fn queue_light<L: Lane>(
     lamp: &Lamp<L>,
     sum: Vec3<f32x8>,
     number: usize,
     hit: &Hit<L>,
-    emit: &mut Emit<L>,
-) -> Vec3<f32x8> {
+    (emit, local): (&mut Emit<L>, &mut Vec3<f64x8>),
+) {
     let lanes = sum.abs().max_element().gt(f32x8::lit(NO_LIGHT)).bits() & hit.active;
-    let free = Mask::from_bits(lanes & lamp.free);
-    let lanes = lanes & !lamp.free;
+    let (free, lanes) = (lanes & lamp.free, lanes & !lamp.free);
     let arriving = sum.mul(hit.throughput);
+    if free != 0 {
+        let free = Mask::from_bits(free);
+        *local += arriving.map(|c| free.keep(c)).cast();
+    }
     if lanes != 0 {
         let queue = &mut emit.shadows[number];
         let feelers = queue.next();
-        hit.leave(lamp.dir, &mut feelers.lines);
+        hit.leave(&lamp.dir, &mut feelers.lines);
         feelers.t_max = before_light(hit, lamp.distance);
         feelers.light = arriving;
         feelers.sink = hit.sink;
@@ -236,5 +246,4 @@ pub fn queue_light<L: Lane>(
         feelers.lanes = lanes;
         queue.push();
     }
-    arriving.map(|c| free.keep(c))
 }

@@ -93,13 +93,13 @@ pub fn reflect_share<'a, L: Lane>(
 /// POV-Ray's bound for a surface that bends nothing: a ratio of indices this near to 1.
 const UNBENT: f64 = 1e-10;
 
-/// Sends light through the surface: straight on, refracted, or back by total internal reflection. Returns the lanes
-/// of the last kind, which the film of the `top` layer tints.
+/// Sends light through the surface, in the lanes `through`: straight on, refracted, or back by total internal reflection. Returns
+/// the lanes of the last kind, which the film of the `top` layer tints.
 #[inline(never)] // Inlined, it takes the registers of shading.
 pub fn transmit<S: Scalar, B: Scalar>(
     scene: &Compiled<S, B>,
     hit: &Hit<S::Lane>,
-    top: Option<&Finish>,
+    (top, through): (Option<&Finish>, u8),
     crossings: &Crossings<S::Lane>,
     (filter, transmitted): (Vec3<f32x8>, f32x8),
     emit: &mut Emit<S::Lane>,
@@ -107,10 +107,6 @@ pub fn transmit<S: Scalar, B: Scalar>(
     let zero = S::Lane::zero();
     let one = S::Lane::lit(1.0);
     let adc_bailout = scene.globals.adc_bailout;
-    let through = transmitted.gt(f32x8::lit(adc_bailout)).bits() & hit.active;
-    if through == 0 {
-        return 0;
-    }
     let weight = hit.weight * filter.abs().max_element().cast();
     let seen = through & depth_left(scene, hit) & weight.ge(S::Lane::lit(adc_bailout)).bits();
 
@@ -127,7 +123,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
     let lanes = seen & !back;
     if lanes != 0 {
         let bent = emit.refracted.next();
-        hit.leave(dir, &mut bent.lines);
+        hit.leave(&dir, &mut bent.lines);
         bent.throughput = inner.mul(filter);
         bent.weight = weight;
         bent.share = hit.share * grey(fade) * transmitted;
@@ -140,7 +136,8 @@ pub fn transmit<S: Scalar, B: Scalar>(
     let lanes = seen & back;
     if lanes != 0 {
         let mirrored = emit.reflected.next();
-        hit.leave((hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize(), &mut mirrored.lines);
+        let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
+        hit.leave(&dir, &mut mirrored.lines);
         mirrored.throughput = match top {
             Some(finish) if finish.irid != 0.0 => {
                 let path = hit.cos * S::Lane::lit(2.0);
@@ -208,7 +205,7 @@ pub fn reflect<S: Scalar, B: Scalar>(
     }
     let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
     let mirrored = emit.reflected.next();
-    hit.leave(dir, &mut mirrored.lines);
+    hit.leave(&dir, &mut mirrored.lines);
     mirrored.throughput = hit.throughput.mul(mirror.factor);
     mirrored.weight = mirror.weight;
     mirrored.share = f32x8::zero();

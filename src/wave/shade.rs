@@ -119,12 +119,16 @@ pub fn shade<S: Scalar, B: Scalar>(
                 let part = direct_light(&lamp, layer, colors, *opacity, hit, irid_wavelength);
                 sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
             }
-            local += queue_light(&lamp, sum, number, hit, emit).cast();
+            queue_light(&lamp, sum, number, hit, (emit, &mut local));
         }
     }
     emit.sums.add(&hit.sink, local, hit.active);
     let top = top.map(|layer| &layer.finish);
-    let inside_out = transmit(scene, hit, top, &crossings, (filter, transmitted), emit);
+    let through = transmitted.gt(adc).bits() & hit.active;
+    let mut inside_out = 0;
+    if through != 0 {
+        inside_out = transmit(scene, hit, (top, through), &crossings, (filter, transmitted), emit);
+    }
     for mirror in mirrors.iter() {
         reflect(scene, hit, mirror, inside_out, emit);
     }
