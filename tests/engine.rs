@@ -330,6 +330,28 @@ fn composites_of_many_parts_are_those_of_the_oracle() {
     held_against_the_oracle(begin, &OF_MANY_PARTS);
 }
 
+/// Composites of which the far wall is seen: where something clips them, where the eye is in them, where parts are turned inside
+/// out, more than once, and beside them the same without.
+const SEEN_FROM_WITHIN: [&str; 4] = [
+    "difference { sphere { <-1.4, 1.2, 0>, 1.1 } sphere { <-1.4, 1.2, 0>, 0.9 } clipped_by { plane { <0.3, 0.5, -1>, 0.2 } } pigment { rgb <0.8, 0.6, 0.4> } }
+     intersection { box { <0.2, 0, -1>, <2.2, 1.8, 1> } sphere { <1.2, 1, 0>, 1.2 clipped_by { box { -3, <3, 1.1, 3> } } } pigment { rgb <0.4, 0.7, 0.9> } }",
+    "difference { box { <-9, -1, -9>, <9, 9, 9> } box { <-8, 0, -8>, <8, 8, 8> } cylinder { <0, 4, 0>, <0, 12, 0>, 3 } pigment { rgb <0.9, 0.9, 0.7> } }
+     difference { cylinder { 0, 2*y, 1 } cylinder { 0.2*y, 3*y, 0.8 } pigment { rgb <0.8, 0.4, 0.4> } finish { reflection 0.3 } }",
+    "intersection { sphere { <0, 1.2, 0>, 1.3 } box { <-0.6, 0, -3>, <0.6, 3, 0.2> inverse } sphere { <0, 1.2, -1>, 0.5 inverse } pigment { rgb <0.5, 0.9, 0.5> } }
+     difference { sphere { <2.4, 1, 0>, 1 } difference { sphere { <2.4, 1.4, -0.6>, 0.8 } sphere { <2.4, 1.4, -0.6>, 0.5 } } pigment { rgb <0.9, 0.6, 0.9> } }",
+    "merge { sphere { <-0.6, 1, 0>, 1 } sphere { <0.6, 1, 0>, 1 } torus { 1.2, 0.3 translate y } pigment { rgbt <0.9, 0.9, 1, 0.7> } }
+     difference { union { box { <1.6, 0, -1>, <3, 1, 1> } torus { 0.6, 0.25 translate <2.3, 1, 0> } } torus { 0.6, 0.15 translate <2.3, 1.2, 0> } pigment { rgb <0.7, 0.8, 0.4> } }",
+];
+
+#[test]
+fn walls_seen_from_within_are_those_of_the_oracle() {
+    let begin = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 6 }
+        camera { location <0.4, 4, -6> look_at <0.4, 0.9, 0> angle 50 right 4/3*x }
+        light_source { <-3, 7, -4>, 0.8 } light_source { <5, 6, 2>, color rgb <0.5, 0.4, 0.3> }
+        plane { y, -2 pigment { color rgb 0.9 } }";
+    held_against_the_oracle(begin, &SEEN_FROM_WITHIN);
+}
+
 /// In single precision a composite's crossing near the middle of the scene, where points are known best, was found again and again.
 #[test]
 fn crossings_in_the_middle_of_a_scene_come_to_an_end() {
