@@ -80,7 +80,7 @@ impl<L: Lane> Lamp<L> {
                 return false;
             }
         }
-        // (Where others read them, and nowhere else: they are sixteen registers.)
+        // (Where others read them, and nowhere else: they fill half of the registers.)
         (self.dir, self.distance) = light.towards(hit.point);
         let Self { dir, distance, cos, known, .. } = self;
         *cos = hit.normal.dot(*dir);
