@@ -1,7 +1,7 @@
 //! The form of the finished tree.
 
 use crate::kernel::Aabb;
-use crate::lane::{LANES, Lane, Scalar, prefetch};
+use crate::lane::{LANES, Scalar, prefetch};
 use glam::DVec3;
 
 /// A tree with boxes in precision `B`.
@@ -135,14 +135,13 @@ impl<B: Scalar> Node<B> {
     /// How many children there are.
     #[inline(always)]
     pub fn children(&self) -> u32 {
-        self.child.iter().filter(|&&child| child != Child::NONE).count() as u32
+        self.present().count_ones()
     }
 
     /// A bit for each child that is there.
     #[inline(always)]
     pub fn present(&self) -> u8 {
-        let [low, high] = [self.planes[0], self.planes[3]].map(B::Lane::from_array);
-        low.le(high).bits()
+        (0..LANES).fold(0, |present, c| present | u8::from(self.child[c] != Child::NONE) << c)
     }
 
     /// Asks the memory for all of it.
