@@ -74,6 +74,12 @@ impl<L: Lane> Hit<L> {
         self.texture[to] = other.texture[from];
     }
 
+    /// Where a mirror sends rays: directions of length 1, but for roundings.
+    #[inline(always)]
+    pub fn mirrored(&self) -> Vec3<L> {
+        self.dir + self.normal * (self.cos * L::lit(2.0))
+    }
+
     /// Lets rays leave the surface along `dir`.
     #[inline(always)]
     pub fn leave(&self, dir: &Vec3<L>, lines: &mut Lines<L>) {

@@ -174,8 +174,7 @@ pub fn direct_light<L: Lane>(
     if (finish.phong > 0.0 || finish.specular > 0.0) && !lamp.shadowless {
         let mut highlight = L::zero();
         if finish.phong > 0.0 {
-            let mirrored = hit.dir + hit.normal * (hit.cos * L::lit(2.0));
-            let c = mirrored.dot(dir);
+            let c = hit.mirrored().dot(dir);
             let seen = c.gt(L::lit(highlights.least_phong));
             if seen.bits() & front != 0 {
                 highlight += seen.keep(c.max(L::zero()).pow_const(finish.phong_size) * L::lit(finish.phong));

@@ -136,8 +136,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
     let lanes = seen & back;
     if lanes != 0 {
         let mirrored = emit.reflected.next();
-        let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
-        hit.leave(&dir, &mut mirrored.lines);
+        hit.leave(&hit.mirrored().normalize(), &mut mirrored.lines);
         mirrored.throughput = match top {
             Some(finish) if finish.irid != 0.0 => {
                 let path = hit.cos * S::Lane::lit(2.0);
@@ -203,9 +202,8 @@ pub fn reflect<S: Scalar, B: Scalar>(
     if lanes == 0 {
         return;
     }
-    let dir = (hit.dir + hit.normal * (hit.cos * S::Lane::lit(2.0))).normalize();
     let mirrored = emit.reflected.next();
-    hit.leave(&dir, &mut mirrored.lines);
+    hit.leave(&hit.mirrored().normalize(), &mut mirrored.lines);
     mirrored.throughput = hit.throughput.mul(mirror.factor);
     mirrored.weight = mirror.weight;
     mirrored.share = f32x8::zero();

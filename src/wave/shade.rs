@@ -125,10 +125,10 @@ pub fn shade<S: Scalar, B: Scalar>(
     emit.sums.add(&hit.sink, local, hit.active);
     let top = top.map(|layer| &layer.finish);
     let through = transmitted.gt(adc).bits() & hit.active;
-    let mut inside_out = 0;
-    if through != 0 {
-        inside_out = transmit(scene, hit, (top, through), &crossings, (filter, transmitted), emit);
-    }
+    let inside_out = match through {
+        0 => 0,
+        _ => transmit(scene, hit, (top, through), &crossings, (filter, transmitted), emit),
+    };
     for mirror in mirrors.iter() {
         reflect(scene, hit, mirror, inside_out, emit);
     }
