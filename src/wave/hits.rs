@@ -101,11 +101,26 @@ pub enum Sender {
     Mirror,
 }
 
-/// Hits that share their packet with too few of their kind, until they can be shaded with others.
+/// Eight hits on surfaces of one texture program.
+#[derive(Debug, Clone, Copy)]
+pub struct Found<L: Lane> {
+    /// Where, and what is known of them.
+    pub hit: Hit<L>,
+    /// The program's number.
+    pub program: u32,
+    /// Who sent the rays.
+    pub sender: Sender,
+}
+
+/// Hits, until they are shaded.
 #[derive(Debug, Default)]
 pub struct HitList<L: Lane> {
-    /// A packet being filled for each texture program and sender that has come up.
-    open: Vec<(Hit<L>, u32, Sender)>,
+    /// The first so many wait to be shaded; what comes after is of earlier use.
+    found: Vec<Found<L>>,
+    count: usize,
+    /// Hits that share their packet with too few of their kind, until there are others: a packet being filled for each texture program
+    /// and sender that has come up.
+    open: Vec<Found<L>>,
     /// By program and sender: place in `open`, or [`NO_PLACE`].
     place: Vec<u32>,
     filled: usize,
@@ -286,7 +301,28 @@ impl<L: Lane> HitList<L> {
         self.place.clear();
     }
 
-    /// Takes the hits of a packet: those worth shading as they are go to `shade` with their program, the others wait.
+    /// How many packets can be shaded.
+    #[inline(always)]
+    pub fn ready(&self) -> usize {
+        self.count
+    }
+
+    /// Those, which wait no more.
+    pub fn all_ready(&mut self) -> &[Found<L>] {
+        &self.found[..std::mem::take(&mut self.count)]
+    }
+
+    /// Where the next packet that can be shaded is to be made; it holds what was there before.
+    #[inline(always)]
+    fn next(&mut self) -> &mut Found<L> {
+        if self.found.len() == self.count {
+            let (program, sender) = (0, Sender::Camera);
+            self.found.push(Found { hit: Hit::default(), program, sender });
+        }
+        &mut self.found[self.count]
+    }
+
+    /// Takes the hits of a packet: those worth shading as they are can be, the others wait.
     #[inline]
     pub fn take<S: Scalar<Lane = L>, B: Scalar>(
         &mut self,
@@ -295,7 +331,6 @@ impl<L: Lane> HitList<L> {
         query: &Query<L>,
         sender: Sender,
         shown: &mut Shown,
-        shade: &mut impl FnMut(&Hit<L>, u32, Sender),
     ) {
         let lanes = query.hits();
         if lanes == 0 {
@@ -305,31 +340,31 @@ impl<L: Lane> HitList<L> {
         let looks = Looks::of(scene, query, &found, lanes);
         let facing = found.normal.dot(carriers.lines.rays.dir);
         let behind = facing.gt(L::zero());
-        let mut hit = Hit {
-            active: lanes,
-            point: found.point,
-            dir: carriers.lines.rays.dir,
-            normal: Vec3::select(behind, -found.normal, found.normal),
-            cos: facing.abs(),
-            distance: query.t,
-            throughput: carriers.throughput,
-            weight: carriers.weight,
-            share: carriers.share,
-            sink: carriers.sink,
-            level: carriers.level,
-            medium: carriers.medium,
-            interior: looks.interior,
-            double_illuminate: looks.double_illuminate,
-            outside: !behind.bits(),
-            surface: query.surface,
-            part: found.part,
-            texture: looks.texture,
-        };
+        // (Field by field, as it would be made somewhere else and copied.)
+        let Found { hit, program: seen, sender: from } = self.next();
+        hit.point = found.point;
+        hit.dir = carriers.lines.rays.dir;
+        hit.normal = Vec3::select(behind, -found.normal, found.normal);
+        hit.cos = facing.abs();
+        hit.distance = query.t;
+        hit.throughput = carriers.throughput;
+        hit.weight = carriers.weight;
+        hit.share = carriers.share;
+        hit.sink = carriers.sink;
+        hit.level = carriers.level;
+        hit.medium = carriers.medium;
+        hit.interior = looks.interior;
+        hit.double_illuminate = looks.double_illuminate;
+        hit.outside = !behind.bits();
+        hit.surface = query.surface;
+        hit.part = found.part;
+        hit.texture = looks.texture;
+        *from = sender;
 
         let program = |texture: u32| scene.textures.textures[texture as usize].program;
         let programs = each_number(&looks.texture, program);
         let mut waiting = lanes & !looks.cuts & !looks.blends;
-        let mut single = 0u8;
+        let (mut single, mut whole) = (0u8, 0u8);
         while waiting != 0 {
             let first = waiting.trailing_zeros() as usize & (LANES - 1);
             let same = equal_lanes(&programs, programs[first]) & waiting;
@@ -338,13 +373,22 @@ impl<L: Lane> HitList<L> {
                 single |= same;
                 continue;
             }
-            hit.active = same;
+            // (At most once.)
+            whole = same;
             hit.texture = choose(same, &looks.texture, &[looks.texture[first]; LANES]);
-            shade(&hit, programs[first], sender);
+            *seen = programs[first];
         }
-        for k in bits(single | looks.cuts | looks.blends) {
+        hit.active = whole;
+        let others = single | looks.cuts | looks.blends;
+        if others == 0 {
+            self.count += 1;
+            return;
+        }
+        let hit = Hit { texture: looks.texture, ..*hit };
+        self.count += usize::from(whole != 0);
+        for k in bits(others) {
             for &(texture, share) in shown.find(scene, query, (&looks, &found), k) {
-                self.put(&hit, k, (texture, share), (program(texture), sender), shade);
+                self.put(&hit, k, (texture, share), (program(texture), sender));
             }
         }
     }
@@ -356,7 +400,6 @@ impl<L: Lane> HitList<L> {
         lane: usize,
         (texture, share): (u32, f64),
         (program, sender): (u32, Sender),
-        shade: &mut impl FnMut(&Hit<L>, u32, Sender),
     ) {
         let key = program as usize * 2 + usize::from(sender == Sender::Mirror);
         if self.place.len() <= key {
@@ -364,9 +407,10 @@ impl<L: Lane> HitList<L> {
         }
         if self.place[key] == NO_PLACE {
             self.place[key] = self.open.len() as u32;
-            self.open.push((Hit::default(), program, sender));
+            self.open.push(Found { hit: Hit::default(), program, sender });
         }
-        let (open, ..) = &mut self.open[self.place[key] as usize];
+        let place = self.place[key] as usize;
+        let open = &mut self.open[place].hit;
         let to = open.active.count_ones() as usize;
         open.put(to, hit, lane);
         open.texture[to] = texture;
@@ -382,26 +426,29 @@ impl<L: Lane> HitList<L> {
         open.active = open.active << 1 | 1;
         self.filled += 1;
         if to + 1 == LANES {
-            shade(open, program, sender);
-            open.active = 0;
+            *self.next() = self.open[place];
+            self.count += 1;
+            self.open[place].hit.active = 0;
             self.filled -= LANES;
         }
     }
 
-    /// Shades what waits, in packets that are not full; false if nothing waits.
-    pub fn flush(&mut self, shade: &mut impl FnMut(&Hit<L>, u32, Sender)) -> bool {
+    /// What waits can be shaded, in packets that are not full; false if nothing waits.
+    pub fn flush(&mut self) -> bool {
         if self.filled == 0 {
             return false;
         }
-        for (hit, program, sender) in &mut self.open {
+        for place in 0..self.open.len() {
+            let hit = &mut self.open[place].hit;
             if hit.active != 0 {
                 // Lanes without a hit repeat the first: nothing that they make is kept.
                 let first = *hit;
                 for to in hit.active.count_ones() as usize..LANES {
                     hit.put(to, &first, 0);
                 }
-                shade(hit, *program, *sender);
-                hit.active = 0;
+                *self.next() = self.open[place];
+                self.count += 1;
+                self.open[place].hit.active = 0;
             }
         }
         self.filled = 0;

@@ -3,24 +3,27 @@
 
 use super::emit::Emit;
 use super::finish::{fresnel, interference, metal};
-use super::hits::Hit;
+use super::hits::{Hit, Sender};
 use super::light::grey;
 use super::medium::{Crossing, Media, fade_over};
 use crate::compile::Compiled;
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8};
-use crate::scene::{Finish, Reflection, Rgb};
+use crate::scene::{Finish, Rgb};
 use crate::texture::{Colors, Program};
 
 /// A mirror ray that a layer asks for.
-pub struct Mirror<'a, L> {
+#[derive(Debug)]
+pub struct Mirror<L> {
     lanes: Mask<f32x8>,
     /// What comes back of what it sees.
     pub factor: Vec3<f32x8>,
     weight: L,
-    finish: &'a Reflection,
+    /// See [`Reflection::exponent`](crate::scene::Reflection::exponent).
+    exponent: f64,
 }
 
 /// What happens to each ray's list of interiors (see [`Crossing`]).
+#[derive(Debug, Default)]
 pub struct Crossings<L> {
     next: [u32; LANES],
     eta: L,
@@ -62,14 +65,14 @@ impl<L: Lane> Crossings<L> {
 }
 
 /// How much of what a mirror ray sees comes back, and the weight of that ray.
-pub fn reflect_share<'a, L: Lane>(
-    finish: &'a Finish,
+pub fn reflect_share<L: Lane>(
+    finish: &Finish,
     colors: &Colors,
     hit: &Hit<L>,
     crossings: &Crossings<L>,
     transmitted: f32x8,
     live: Mask<f32x8>,
-) -> Mirror<'a, L> {
+) -> Mirror<L> {
     let reflection = &finish.reflection;
     let (min, max) = (Vec3::splat(reflection.min), Vec3::splat(reflection.max));
     let one = L::lit(1.0);
@@ -87,7 +90,8 @@ pub fn reflect_share<'a, L: Lane>(
     if reflection.metallic != 0.0 {
         factor = factor.mul(metal(hit.cos, colors, reflection.metallic));
     }
-    Mirror { lanes: live, factor: Vec3::select(live, factor, Vec3::lit(0.0)), weight, finish: reflection }
+    let factor = Vec3::select(live, factor, Vec3::lit(0.0));
+    Mirror { lanes: live, factor, weight, exponent: reflection.exponent }
 }
 
 /// POV-Ray's bound for a surface that bends nothing: a ratio of indices this near to 1.
@@ -102,7 +106,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
     (top, through): (Option<&Finish>, u8),
     crossings: &Crossings<S::Lane>,
     (filter, transmitted): (Vec3<f32x8>, f32x8),
-    emit: &mut Emit<S::Lane>,
+    (emit, sender): (&mut Emit<S::Lane>, Sender),
 ) -> u8 {
     let zero = S::Lane::zero();
     let one = S::Lane::lit(1.0);
@@ -122,7 +126,8 @@ pub fn transmit<S: Scalar, B: Scalar>(
     let inner = hit.throughput.mul(fade);
     let lanes = seen & !back;
     if lanes != 0 {
-        let bent = emit.refracted.next();
+        let refracted = &mut emit.refracted[sender as usize];
+        let bent = refracted.next();
         hit.leave(&dir, &mut bent.lines);
         bent.throughput = inner.mul(filter);
         bent.weight = weight;
@@ -131,7 +136,7 @@ pub fn transmit<S: Scalar, B: Scalar>(
         bent.level = level(straight.bits());
         bent.medium = crossings.next;
         bent.lanes = lanes;
-        emit.refracted.push();
+        refracted.push();
     }
     let lanes = seen & back;
     if lanes != 0 {
@@ -211,9 +216,9 @@ pub fn reflect<S: Scalar, B: Scalar>(
     mirrored.level = each_lane(|k| hit.level[k] + 1);
     mirrored.medium = hit.medium;
     mirrored.lanes = lanes;
-    if mirror.finish.exponent != 1.0 {
+    if mirror.exponent != 1.0 {
         // What is seen is bent by a power before it is added: it needs a sum of its own.
-        let exponent = 1.0 / mirror.finish.exponent;
+        let exponent = 1.0 / mirror.exponent;
         mirrored.sink = emit.sums.defer(&hit.sink, mirrored.throughput, exponent, lanes);
         mirrored.throughput = Vec3::lit(1.0);
     }

@@ -3,12 +3,12 @@
 use super::area::{Shared, TileArea};
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
-use super::hits::{Hit, HitList, Sender};
+use super::hits::{HitList, Sender};
 use super::medium::Media;
 use super::query::Query;
 use super::queue::{Batch, Carriers, Feelers, Queue};
 use super::regroup::WINDOW;
-use super::shade::shade;
+use super::shade::{Shading, shade};
 use super::shadow::ShadowTracer;
 use super::shown::Shown;
 use super::sums::Sums;
@@ -33,6 +33,9 @@ const SHADOWS_WAITING: usize = 4096;
 /// But so many in any case.
 const LEAST_SHADOW_BATCH: usize = 8;
 
+/// So many packets of hits are shaded together: each step of shading for all of them.
+const SHADED_TOGETHER: usize = 16;
+
 /// Buffers of one thread, reused from tile to tile.
 pub struct TileWorker<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
@@ -46,6 +49,7 @@ pub struct TileWorker<S: Scalar, B: Scalar> {
     /// What these wait for.
     shadow_batch: usize,
     hits: HitList<S::Lane>,
+    shadings: Vec<Shading<S::Lane>>,
     queries: Vec<Query<S::Lane>>,
     sums: Sums,
     media: Media,
@@ -81,6 +85,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             shadow_queues: shared.lights.iter().map(|_| feelers()).collect(),
             shadow_batch,
             hits: HitList::default(),
+            shadings: Vec::new(),
             queries: Vec::new(),
             sums: Sums::default(),
             media: Media::default(),
@@ -161,14 +166,16 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
     fn wave(&mut self, shared: &Shared<S, B>, sender: Sender) {
-        let Self { batch, queries, tracer, hits, shown, sums, media, shadow_queues, shadows, .. } = self;
-        let scene = shared.scene;
+        let Self { batch, queries, tracer, hits, shadings, shown, sums, media, .. } = self;
+        let (shadow_queues, shadows, scene) = (&mut self.shadow_queues, &mut self.shadows, shared.scene);
         let background = Vec3::splat(scene.background.rgb);
         let filter = match sender {
             Sender::Camera => class::CAMERA,
             Sender::Mirror => class::REFLECTED,
         };
         let (reflected, refracted, counts) = (&mut self.reflected, &mut self.refracted, &mut self.counts);
+        let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
+        let lights = &shared.lights;
         for group in batch.by_octant(scene.geometry.group_size()) {
             queries.resize(group.len(), Query::default());
             for (query, rays) in queries.iter_mut().zip(group.clone()) {
@@ -178,22 +185,22 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
             for (rays, query) in group.zip(&*queries) {
                 let missed = query.lanes & !query.hits();
                 if missed != 0 {
-                    sums.add(&rays.sink, background.mul(rays.throughput), missed);
+                    emit.sums.add(&rays.sink, background.mul(rays.throughput), missed);
                     if scene.background.transmit != 0.0 {
                         let share = rays.share * f32x8::lit(scene.background.transmit);
-                        sums.add_transmit(&rays.sink, share, missed);
+                        emit.sums.add_transmit(&rays.sink, share, missed);
                     }
                 }
-                hits.take(scene, rays, query, sender, shown, &mut |hit, program, sender| {
-                    let refracted = &mut refracted[sender as usize];
-                    let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
-                    shade(scene, &shared.lights, hit, program, &mut emit);
-                });
+                hits.take(scene, rays, query, sender, shown);
+                if hits.ready() >= SHADED_TOGETHER {
+                    shade(scene, lights, hits.all_ready(), shadings, &mut emit);
+                }
             }
         }
+        shade(scene, lights, hits.all_ready(), shadings, &mut emit);
         for (light, queue) in shadow_queues.iter_mut().enumerate() {
             if queue.len() >= self.shadow_batch {
-                let cones = shared.lights[light].cones();
+                let cones = lights[light].cones();
                 shadows.trace(scene, (light, cones, queue), tracer, media, sums);
             }
         }
@@ -201,11 +208,10 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
 
     /// Shades the hits that wait; false if there are none.
     fn flush_hits(&mut self, shared: &Shared<S, B>) -> bool {
-        let Self { hits, sums, media, shadow_queues, reflected, refracted, counts, .. } = self;
-        hits.flush(&mut |hit: &Hit<S::Lane>, program, sender| {
-            let refracted = &mut refracted[sender as usize];
-            let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
-            shade(shared.scene, &shared.lights, hit, program, &mut emit);
-        })
+        let Self { hits, shadings, sums, media, shadow_queues, reflected, refracted, counts, .. } = self;
+        let flushed = hits.flush();
+        let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
+        shade(shared.scene, &shared.lights, hits.all_ready(), shadings, &mut emit);
+        flushed
     }
 }
