@@ -15,7 +15,7 @@ pub struct Emit<'a, L: Lane> {
     pub sums: &'a mut Sums,
     /// Reflected rays, and those of total internal reflection.
     pub reflected: &'a mut Queue<Carriers<L>>,
-    /// Refracted rays, and those that go straight on, by [`Sender`](super::hits::Sender).
+    /// Refracted rays, and those that go straight on, by [`Sender`](super::hit_list::Sender).
     pub refracted: &'a mut [Queue<Carriers<L>>; 2],
     /// A queue a light.
     pub shadows: &'a mut [Queue<Feelers<L>>],

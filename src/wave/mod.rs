@@ -11,6 +11,7 @@ mod emit;
 mod enclosing;
 mod filters;
 mod finish;
+mod hit_list;
 mod hits;
 mod instances;
 mod lamp;

@@ -3,7 +3,8 @@
 
 use super::emit::Emit;
 use super::finish::{fresnel, interference, metal};
-use super::hits::{Hit, Sender};
+use super::hit_list::Sender;
+use super::hits::Hit;
 use super::light::grey;
 use super::medium::{Crossing, Media, fade_over};
 use crate::compile::Compiled;

@@ -6,7 +6,8 @@
 
 use super::emit::Emit;
 use super::finish::{answers_light, interference};
-use super::hits::{Found, Hit};
+use super::hit_list::Found;
+use super::hits::Hit;
 use super::lamp::{Ahead, Lamp, direct_light, queue_light};
 use super::light::{LightProgram, grey};
 use super::onward::{Crossings, Mirror, reflect, reflect_share, transmit};

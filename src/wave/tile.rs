@@ -3,7 +3,7 @@
 use super::area::{Shared, TileArea};
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
-use super::hits::{HitList, Sender};
+use super::hit_list::{HitList, Sender};
 use super::medium::Media;
 use super::query::Query;
 use super::queue::{Batch, Carriers, Feelers, Queue};
