@@ -125,7 +125,7 @@ impl<L: Lane> HitList<L> {
                 single |= same;
                 continue;
             }
-            // (At most once.)
+            // (At most once: that many of eight are more than half.)
             whole = same;
             hit.texture = choose(same, &looks.texture, &[looks.texture[first]; LANES]);
             *seen = programs[first];
@@ -136,7 +136,7 @@ impl<L: Lane> HitList<L> {
             self.count += 1;
             return;
         }
-        let hit = Hit { texture: looks.texture, ..*hit };
+        let hit = *hit;
         self.count += usize::from(whole != 0);
         for k in bits(others) {
             for &(texture, share) in shown.find(scene, query, (&looks, &found), k) {
@@ -153,7 +153,7 @@ impl<L: Lane> HitList<L> {
         (texture, share): (u32, f64),
         (program, sender): (u32, Sender),
     ) {
-        let key = program as usize * 2 + usize::from(sender == Sender::Mirror);
+        let key = program as usize * 2 + sender as usize;
         if self.place.len() <= key {
             self.place.resize(key + 1, NO_PLACE);
         }
@@ -178,14 +178,19 @@ impl<L: Lane> HitList<L> {
         open.active = open.active << 1 | 1;
         self.filled += 1;
         if to + 1 == LANES {
-            *self.next() = self.open[place];
-            self.count += 1;
-            self.open[place].hit.active = 0;
+            self.close(place);
             self.filled -= LANES;
         }
     }
 
-    /// What waits can be shaded, in packets that are not full; false if nothing waits.
+    /// The packet that is being filled at a place in `open` can be shaded, and is empty again.
+    fn close(&mut self, place: usize) {
+        *self.next() = self.open[place];
+        self.count += 1;
+        self.open[place].hit.active = 0;
+    }
+
+    /// Makes packets that are being filled ready, full or not; false if there are none.
     pub fn flush(&mut self) -> bool {
         if self.filled == 0 {
             return false;
@@ -198,9 +203,7 @@ impl<L: Lane> HitList<L> {
                 for to in hit.active.count_ones() as usize..LANES {
                     hit.put(to, &first, 0);
                 }
-                *self.next() = self.open[place];
-                self.count += 1;
-                self.open[place].hit.active = 0;
+                self.close(place);
             }
         }
         self.filled = 0;

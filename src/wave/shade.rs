@@ -10,6 +10,7 @@ use super::hit_list::Found;
 use super::hits::Hit;
 use super::lamp::{Ahead, Lamp, direct_light, queue_light};
 use super::light::{LightProgram, grey};
+use super::medium::Media;
 use super::onward::{Crossings, Mirror, reflect, reflect_share, transmit};
 use crate::compile::Compiled;
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8, f64x8};
@@ -18,7 +19,8 @@ use crate::texture::{Colors, Program};
 /// A layer under others, as light meets it.
 #[derive(Debug)]
 struct LitLayer {
-    number: usize,
+    /// Which of its program's it is.
+    layer: usize,
     colors: Colors,
     /// Of those, by the scene's rule.
     opacity: f32x8,
@@ -67,7 +69,7 @@ pub fn shade<S: Scalar, B: Scalar>(
     for (Found { hit, program, .. }, shading) in hits.iter().zip(&mut *shadings) {
         emit.counts.shaded += 1;
         emit.counts.hits += u64::from(hit.active.count_ones());
-        paint(scene, hit, &scene.textures.programs[*program as usize], shading, emit);
+        paint(scene, hit, &scene.textures.programs[*program as usize], shading, emit.media);
     }
     for (number, light) in lights.iter().enumerate() {
         illuminate(scene, (number, light), hits, shadings, emit);
@@ -84,9 +86,9 @@ fn paint<S: Scalar, B: Scalar>(
     hit: &Hit<S::Lane>,
     program: &Program,
     shading: &mut Shading<S::Lane>,
-    emit: &mut Emit<S::Lane>,
+    media: &mut Media,
 ) {
-    shading.crossings = Crossings::of(scene, program, hit, emit.media);
+    shading.crossings = Crossings::of(scene, program, hit, media);
     shading.top_lit = false;
     shading.below.clear();
     shading.mirrors.clear();
@@ -114,7 +116,7 @@ fn paint<S: Scalar, B: Scalar>(
         if answers_light(finish) && number == 0 {
             (shading.top_lit, shading.opacity) = (true, opacity);
         } else if answers_light(finish) {
-            shading.below.push(LitLayer { number, colors: *colors, opacity, filter, live });
+            shading.below.push(LitLayer { layer: number, colors: *colors, opacity, filter, live });
         }
 
         let mut reflectivity = None;
@@ -177,8 +179,8 @@ fn illuminate<S: Scalar, B: Scalar>(
         if let (Some(layer), true) = (layers.first(), shading.top_lit) {
             sum = direct_light(&lamp, layer, &shading.colors, shading.opacity, hit, irid_wavelength);
         }
-        for LitLayer { number, colors, opacity, filter, live } in &shading.below {
-            let part = direct_light(&lamp, &layers[*number], colors, *opacity, hit, irid_wavelength);
+        for LitLayer { layer, colors, opacity, filter, live } in &shading.below {
+            let part = direct_light(&lamp, &layers[*layer], colors, *opacity, hit, irid_wavelength);
             sum += Vec3::select(*live, part.mul(*filter), Vec3::lit(0.0));
         }
         queue_light(&lamp, sum, number, hit, (emit, &mut shading.local));
