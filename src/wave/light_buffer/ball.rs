@@ -34,15 +34,18 @@ impl Ball {
     /// grows with `d`. From one way of a cell to another `d` changes by less than the distance times how far the two are apart
     /// at depth 1.
     pub fn depth_in(&self, cell: [u32; 2], face: &Face) -> Option<f64> {
-        let half = (0.5 + CELL_ROUNDING) / face.scale;
+        let half = (0.5 + CELL_ROUNDING) * face.width;
         let [x, y] = [0, 1].map(|side| face.place(side, f64::from(cell[side]) + 0.5));
         let ([along, across, up], square) = (self.center, |x: f64| x * x);
         let cross = square(across * y - up * x) + square(up - along * y) + square(along * x - across);
         let middle = (cross / (1.0 + x * x + y * y)).sqrt();
         let least = (middle - self.distance * half * SQRT_2).max(0.0);
-        let longest = (1.0 + square(x.abs() + half) + square(y.abs() + half)).sqrt();
         let [to_middle, within] = [self.distance, self.radius].map(|side| square(side) - square(least));
-        (within >= 0.0).then(|| (to_middle.sqrt() - within.sqrt()) / longest)
+        if within < 0.0 {
+            return None;
+        }
+        let longest = (1.0 + square(x.abs() + half) + square(y.abs() + half)).sqrt();
+        Some((to_middle.sqrt() - within.sqrt()) / longest)
     }
 }
 
@@ -67,7 +70,7 @@ mod tests {
             let (kind, surface) = (Kind::Sphere as u8, NO_SURFACE);
             let caster =
                 Caster { bounds, kind, row: 0, classes: class::BLOCKS, surface, blocks: true, opaque: true };
-            let face = Face { first: 0, columns: 16, rows: 16, corner: [-1.0; 2], scale: 8.0 };
+            let face = Face { first: 0, columns: 16, rows: 16, corner: [-1.0; 2], scale: 8.0, width: 0.125 };
             let light = Light { location, number: round % 6, face, slack: 1e-12 };
             let Some(ball) = Ball::of(&caster, &light) else { continue };
             let cell = [(); 2].map(|()| numbers.between(0.0, 16.0) as u32);

@@ -78,8 +78,10 @@ pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize,
 impl Casters {
     /// Those of `scene`.
     pub fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {
+        let kinds = Kind::ALL.iter().filter(|kind| !matches!(kind, Kind::Triangle | Kind::SmoothTriangle));
+        let rows = kinds.map(|&kind| scene.columns.len(kind)).sum::<usize>();
         let mut casters = Self {
-            all: Vec::new(),
+            all: Vec::with_capacity(rows + scene.csg.composites.len() + scene.instances.rows.len()),
             // A long triangle may stand in several leaves.
             triangles: [Kind::Triangle, Kind::SmoothTriangle]
                 .map(|kind| (kind, vec![false; scene.columns.len(kind)])),

@@ -8,7 +8,7 @@ use crate::compile::{Geometry, NO_SURFACE, SurfaceId};
 use crate::lane::Scalar;
 
 /// Something that is seen through a cell.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Entry {
     /// Least depth at which it can be met.
     pub near: f32,
@@ -16,6 +16,8 @@ pub(super) struct Entry {
     pub far: f32,
     /// A caster's number, or [`TRIANGLE`] and a facet's.
     pub what: u32,
+    /// See [`Caster::surface`]. (Here, as casters are all over the memory.)
+    pub surface: SurfaceId,
 }
 
 /// Marks [`Entry::what`] of triangles that are held to be part of sheets.
@@ -48,7 +50,7 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
         let mut cell = Cell::EMPTY;
         let mut triangles = false;
         for entry in &*entries {
-            let surface = self.surface(entry);
+            let surface = entry.surface;
             if surface != NO_SURFACE && surface == cell.nearest {
                 cell.near = cell.near.min(entry.near);
             } else if entry.near < cell.near {
@@ -68,14 +70,6 @@ impl<S: Scalar, B: Scalar> Settle<'_, S, B> {
         }
         let list = if cell.nearest == SHEET { List::NONE } else { self.list(&cell, entries, candidates) };
         (cell, list)
-    }
-
-    /// The surface of a convex caster.
-    fn surface(&self, entry: &Entry) -> SurfaceId {
-        if entry.what & TRIANGLE != 0 {
-            return NO_SURFACE;
-        }
-        self.casters.get(entry.what as usize).map_or(NO_SURFACE, |caster| caster.surface)
     }
 
     /// Looks for triangles that cover the cell together.

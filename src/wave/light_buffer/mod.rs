@@ -79,14 +79,15 @@ struct Face {
     rows: u32,
     /// Where the first cell begins; the cube's edges are at -1 and 1.
     corner: [f64; 2],
-    /// Cells in a unit: a number of single precision.
+    /// Cells in a unit: a number of single precision. And how wide that makes a cell.
     scale: f64,
+    width: f64,
 }
 
 impl Face {
     /// How far across (side 0) or up (side 1) at depth 1 lies what is so many cells from where the first one begins.
     fn place(&self, side: usize, cells: f64) -> f64 {
-        self.corner[side] + cells / self.scale
+        self.corner[side] + cells * self.width
     }
 }
 

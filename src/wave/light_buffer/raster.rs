@@ -7,8 +7,8 @@ use super::cell::{Entry, Settle, TRIANGLE};
 use super::region::{Regions, slack_at};
 use super::seen::{Seen, Sides, relative};
 use super::sheet::{Facet, Figures};
-use super::{Cell, FACES, Face, LightBuffer, List};
-use crate::compile::{Geometry, SurfaceId, WithBlock, class};
+use super::{FACES, Face, LightBuffer};
+use crate::compile::{Geometry, NO_SURFACE, SurfaceId, WithBlock, class};
 use crate::kernel::{Block, Looking, Rays};
 use crate::lane::{LANES, Lane, QUAD, Scalar, Vec3, bits, f64x8, prefetch};
 use glam::DVec3;
@@ -104,12 +104,12 @@ pub fn fill<S: Scalar, B: Scalar>(
         [] => Cow::Borrowed(&casters.all[..]),
         others => Cow::Owned([&casters.all[..], others].concat()),
     };
-    let [outlined, faceted] = lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
-    if outlined > most {
+    let (laid, room) = lay_out(&mut buffer, seen, cells, S::UNIT_ROUNDOFF);
+    if room[0] > most {
         return None;
     }
     seen.iter_mut().for_each(Seen::reserve);
-    drawn.clear(buffer.cells.len(), outlined + faceted);
+    drawn.clear(laid, room);
     for (kind, opaque) in &casters.triangles {
         let (base, faces) = (scene.base[*kind as usize], &buffer.faces);
         let (seen, drawn) = (&mut *seen, &mut *drawn);
@@ -215,11 +215,11 @@ impl<S: Scalar> WithBlock<S> for Place<'_> {
             let (first, face) = (base + (four * QUAD) as u32, &faces[figures.face]);
             let facets = &mut seen[figures.face].facets;
             figures.each_facet(lanes, face, (first, slack), |facet, [columns, rows]| {
-                let name = TRIANGLE | facets.len() as u32;
+                let number = facets.len() as u32;
                 facets.push(facet);
                 for row in rows[0]..=rows[1] {
                     for column in columns[0]..=columns[1] {
-                        drawn.put(face.first + row as u32 * face.columns + column as u32, name);
+                        drawn.put(face.first + row as u32 * face.columns + column as u32, number);
                     }
                 }
             });
@@ -234,18 +234,22 @@ struct Drawn {
     outlined: Vec<(u32, Entry)>,
     /// By cell of that face, from where on one of them fills it.
     dark: Vec<f32>,
-    /// By cell of all faces: the last of its links, or [`NO_LINK`].
+    /// What is outlined, cell by cell, and by cell where it begins.
+    by_cell: Vec<Entry>,
+    begin: Vec<u32>,
+    /// By cell of all faces, if there are facets: the last of its links, or [`NO_LINK`].
     last: Vec<u32>,
     links: Vec<Link>,
-    /// What they name of one cell.
+    /// What there is in one cell.
     entries: Vec<Entry>,
 }
 
-/// One of the things in a cell.
+/// One of the facets in a cell. (Facets are drawn row by row, so that those of one cell are near each other in memory. Casters are
+/// drawn in the order of their depths: a chain of them would be all over it.)
 #[derive(Clone, Copy)]
 struct Link {
-    /// Number of a caster drawn, or [`TRIANGLE`] and a facet's.
-    name: u32,
+    /// Number of the facet.
+    facet: u32,
     /// The link to what was put there before, or [`NO_LINK`].
     before: u32,
 }
@@ -253,13 +257,15 @@ struct Link {
 const NO_LINK: u32 = u32::MAX;
 
 impl Drawn {
-    /// Nothing, in so many cells, with room for about so many things in them.
-    fn clear(&mut self, cells: usize, room: f64) {
+    /// Nothing, in so many cells, with room for about so much outlined and so many facets.
+    fn clear(&mut self, cells: usize, [outlined, faceted]: [f64; 2]) {
+        self.outlined.clear();
         self.last.clear();
-        self.last.resize(cells, NO_LINK);
+        self.last.resize(if faceted > 0.0 { cells } else { 0 }, NO_LINK);
         self.links.clear();
         // What is not written to is not there.
-        self.links.reserve(room as usize);
+        self.outlined.reserve(outlined as usize);
+        self.links.reserve(faceted as usize);
     }
 
     /// Nothing outlined yet of a face.
@@ -293,48 +299,71 @@ impl Drawn {
                 let near = (near * (1.0 - DEPTH_ROUNDING) - slack) as f32;
                 let cell = row * face.columns + column;
                 if near <= self.dark[cell as usize] {
-                    self.outlined.push((cell, Entry { near, far: f32::INFINITY, what: name }));
+                    let (far, surface) = (f32::INFINITY, caster.surface);
+                    self.outlined.push((cell, Entry { near, far, what: name, surface }));
                 }
             }
         }
         first
     }
 
-    /// Puts a thing into a cell.
+    /// Puts a facet into a cell of all faces.
     #[inline(always)]
-    fn put(&mut self, cell: u32, name: u32) {
+    fn put(&mut self, cell: u32, facet: u32) {
         let last = &mut self.last[cell as usize];
         let before = std::mem::replace(last, self.links.len() as u32);
-        self.links.push(Link { name, before });
+        self.links.push(Link { facet, before });
     }
 
-    /// Settles all cells of a face from the casters drawn and from the facets.
-    fn settle<S: Scalar, B: Scalar>(&mut self, how: &Settle<S, B>, face: &Face, buffer: &mut LightBuffer) {
-        for name in 0..self.outlined.len() {
-            self.put(face.first + self.outlined[name].0, name as u32);
+    /// Puts what is outlined into the order of its cells, of which there are so many.
+    fn sort(&mut self, cells: usize) {
+        let Self { outlined, by_cell, begin, .. } = self;
+        begin.clear();
+        begin.resize(cells + 1, 0);
+        for &(cell, _) in &*outlined {
+            begin[cell as usize] += 1;
         }
-        let Self { outlined, last, links, entries, .. } = self;
-        for cell in 0..face.columns * face.rows {
-            let number = (face.first + cell) as usize;
+        let mut end = 0;
+        for place in &mut *begin {
+            end += *place;
+            *place = end;
+        }
+        by_cell.clear();
+        by_cell.resize(outlined.len(), Entry::default());
+        // From each cell's end on.
+        for &(cell, entry) in &*outlined {
+            let place = &mut begin[cell as usize];
+            *place -= 1;
+            by_cell[*place as usize] = entry;
+        }
+    }
+
+    /// Settles all cells of a face, which come next, from the casters drawn and from the facets.
+    fn settle<S: Scalar, B: Scalar>(&mut self, how: &Settle<S, B>, face: &Face, buffer: &mut LightBuffer) {
+        let cells = face.columns * face.rows;
+        self.sort(cells as usize);
+        let Self { by_cell, begin, last, links, entries, .. } = self;
+        for cell in 0..cells {
+            let casters = begin[cell as usize] as usize..begin[cell as usize + 1] as usize;
             entries.clear();
-            let mut next = last[number];
-            while let Some(Link { name, before }) = links.get(next as usize) {
-                next = *before;
-                entries.push(match how.facets.get((name & !TRIANGLE) as usize) {
-                    Some(&Facet { near, far, .. }) if name & TRIANGLE != 0 => {
-                        Entry { near, far, what: *name }
-                    }
-                    _ => outlined[*name as usize].1,
-                });
+            entries.extend_from_slice(&by_cell[casters]);
+            let mut next = last.get((face.first + cell) as usize).copied().unwrap_or(NO_LINK);
+            while let Some(&Link { facet, before }) = links.get(next as usize) {
+                next = before;
+                let Facet { near, far, .. } = how.facets[facet as usize];
+                entries.push(Entry { near, far, what: TRIANGLE | facet, surface: NO_SURFACE });
             }
             let place = (cell % face.columns, cell / face.columns);
-            (buffer.cells[number], buffer.lists[number]) = how.cell(entries, place, &mut buffer.candidates);
+            let (cell, list) = how.cell(entries, place, &mut buffer.candidates);
+            buffer.cells.push(cell);
+            buffer.lists.push(list);
         }
     }
 }
 
-/// Spreads cells over what is seen through the faces; how many of them casters and facets will be drawn into.
-fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundoff: f64) -> [f64; 2] {
+/// Spreads cells over what is seen through the faces, and makes room for them: how many, and into how many of them casters and facets will
+/// be drawn.
+fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundoff: f64) -> (usize, [f64; 2]) {
     let frames: Vec<_> = seen.iter().map(Seen::frame).collect();
     let area = |[across, up]: &[[f64; 2]; 2]| (across[1] - across[0]) * (up[1] - up[0]);
     let whole: f64 = frames.iter().flatten().map(area).sum();
@@ -353,15 +382,15 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
                 let Some([across, up]) = frame else { continue };
                 let corner = [across[0], up[0]].map(|low| low - CELL_ROUNDING / scale);
                 let (columns, rows) = (count(*across) as u32, count(*up) as u32);
-                *face = Face { first, columns, rows, corner, scale };
+                *face = Face { first, columns, rows, corner, scale, width: 1.0 / scale };
                 first += columns * rows;
             }
             let outlined = through_all(buffer, seen, Seen::outlined);
             let faceted = through_all(buffer, seen, Seen::faceted);
             if laid <= FACES as f64 || outlined + faceted <= most {
-                buffer.cells = vec![Cell::EMPTY; first as usize];
-                buffer.lists = vec![List::NONE; first as usize];
-                return [outlined, faceted];
+                buffer.cells.reserve_exact(first as usize);
+                buffer.lists.reserve_exact(first as usize);
+                return (first as usize, [outlined, faceted]);
             }
         }
         scale *= 0.5;

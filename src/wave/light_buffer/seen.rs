@@ -17,6 +17,10 @@ pub(super) struct Outline {
     pub near: f64,
 }
 
+/// What is farther across than this, in its depth, is beside a face for certain: told without a division, as most boxes are beside most
+/// faces.
+const BESIDE: f64 = EDGE * (1.0 + 1e-12);
+
 /// A caster's box relative to the light, across and up a face: least and greatest.
 pub(super) struct Sides([[f64; 2]; 2]);
 
@@ -33,7 +37,11 @@ impl Outline {
         let Sides(sides) = Sides::through(face, min, max);
         // Within the face nothing is farther across than along.
         let off = |[low, high]: [f64; 2]| if low > 0.0 { low } else { (-high).max(0.0) };
-        let near = nearest.max(off(sides[0]) / EDGE).max(off(sides[1]) / EDGE);
+        let off = off(sides[0]).max(off(sides[1]));
+        if off > farthest * BESIDE {
+            return None;
+        }
+        let near = nearest.max(off / EDGE);
         if near <= 0.0 || near > farthest {
             return None;
         }
