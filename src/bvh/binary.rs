@@ -6,15 +6,24 @@ use super::extent::{Around, Extent};
 use super::part::{FEW, binned, by_size, exhausted, swept};
 use crate::parallel;
 
-/// A tree of two children a node over reordered items, one in each leaf.
+/// A tree of two children a node over reordered items, in whose place no nodes stand: they would be half of all.
 ///
-/// Nodes stand before their children, the first of which follows at once: the second is found by the count, since a node
-/// over `n` items and all below it are `2 n - 1`. A node's numbers are its first item and how many it has; an item's are
-/// its owner's number for it and the bits of its cost.
+/// Nodes stand before what is below them, first all of the first child. A node's first number is how many items that has: it tells where
+/// the second child stands, since of a tree over `n` items there are `n - 1` nodes. An item's numbers are its owner's number for it
+/// and the bits of its cost.
 #[derive(Debug, Default)]
 pub(super) struct Binary {
     pub nodes: Vec<Extent>,
     pub items: Vec<Extent>,
+}
+
+/// Some items that stand together, all that is below a node, or one.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Subtree {
+    pub first: u32,
+    pub count: u32,
+    /// The node above them, if they are several.
+    pub node: u32,
 }
 
 impl Binary {
@@ -22,23 +31,38 @@ impl Binary {
     /// are few items. The same tree on any number of threads.
     pub fn over<const BINS: usize, const HALF: usize>(mut items: Vec<Extent>) -> Self {
         // (Zeros, so that the pages come to the thread that writes to them first.)
-        let mut nodes = bytemuck::zeroed_vec(2 * items.len() - 1);
+        let mut nodes = bytemuck::zeroed_vec(items.len() - 1);
         let around = parallel::fold(items.len(), Around::NOTHING, |k| Around::of(items[k]), Around::with);
-        split::<BINS, HALF>(&mut items, &mut nodes, 0, (around, true));
+        split::<BINS, HALF>(&mut items, &mut nodes, (around, true));
         Self { nodes, items }
     }
 
-    /// Where the second child of node `at` stands; `at` must not be a leaf.
-    #[inline(always)]
-    pub fn second(&self, at: usize) -> usize {
-        second(&self.nodes, at)
+    /// All of it.
+    pub fn root(&self) -> Subtree {
+        Subtree { first: 0, count: self.items.len() as u32, node: 0 }
     }
-}
 
-/// The same for a node and all below it.
-#[inline(always)]
-pub(super) fn second(nodes: &[Extent], at: usize) -> usize {
-    at + 2 * nodes[at + 1].tags().1 as usize
+    /// The children of a node.
+    #[inline(always)]
+    pub fn children(&self, Subtree { first, count, node }: Subtree) -> [Subtree; 2] {
+        let (left, _) = self.nodes[node as usize].tags();
+        [
+            Subtree { first, count: left, node: node + 1 },
+            Subtree { first: first + left, count: count - left, node: node + left },
+        ]
+    }
+
+    /// The box around items.
+    #[inline(always)]
+    pub fn bounds(&self, Subtree { first, count, node }: Subtree) -> &Extent {
+        if count == 1 { &self.items[first as usize] } else { &self.nodes[node as usize] }
+    }
+
+    /// The items themselves.
+    #[inline(always)]
+    pub fn items_of(&self, Subtree { first, count, .. }: Subtree) -> &[Extent] {
+        &self.items[first as usize..(first + count) as usize]
+    }
 }
 
 /// `around` the items need know of the middles only where there are more than [`FEW`]. At the `top`, that is where all items are
@@ -46,17 +70,13 @@ pub(super) fn second(nodes: &[Extent], at: usize) -> usize {
 fn split<const BINS: usize, const HALF: usize>(
     items: &mut [Extent],
     nodes: &mut [Extent],
-    first: u32,
     (around, top): (Around, bool),
 ) {
-    nodes[0] = around.bounds.tagged(first, items.len() as u32);
     let mut sized = None;
     let (at, sides) = match items.len() {
         1 => return,
         2 => {
-            // Both children are leaves.
-            nodes[1] = items[0].tagged(first, 1);
-            nodes[2] = items[1].tagged(first + 1, 1);
+            nodes[0] = around.bounds.tagged(1, 0);
             return;
         }
         3 => exhausted::<3>(items),
@@ -73,13 +93,13 @@ fn split<const BINS: usize, const HALF: usize>(
             }
         }
     };
+    nodes[0] = around.bounds.tagged(at as u32, 0);
     let top = sized.is_some();
     let parallel = items.len() > parallel::PIECE;
     let (left, right) = items.split_at_mut(at);
-    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * at - 1);
-    let second = first + at as u32;
-    let mut left = || split::<BINS, HALF>(left, left_nodes, first, (sides[0], top));
-    let mut right = || split::<BINS, HALF>(right, right_nodes, second, (sides[1], top));
+    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(at - 1);
+    let mut left = || split::<BINS, HALF>(left, left_nodes, (sides[0], top));
+    let mut right = || split::<BINS, HALF>(right, right_nodes, (sides[1], top));
     if parallel {
         rayon::join(left, right);
     } else {

@@ -2,7 +2,7 @@
 //! surface-area heuristic, found from the bottom up (Ylitie, Karras, Laine 2017, Efficient incoherent ray traversal on
 //! GPUs through compressed wide BVHs, section 3.1).
 
-use super::binary::Binary;
+use super::binary::{Binary, Subtree};
 use super::extent::Extent;
 use super::items::Tag;
 use crate::lane::{LANES, Lane, QUAD, f32x8};
@@ -33,7 +33,8 @@ pub(super) fn plan(tree: &Binary) -> Vec<Plan> {
 }
 
 fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
-    let (area, count) = (nodes[0].half_area(), items.len());
+    let area = nodes.first().unwrap_or(&items[0]).half_area();
+    let count = items.len();
     let leaf = if count <= MAX_LEAF {
         let tests: f32 = items.iter().map(|item| Tag::of(item).cost()).sum();
         (tests + LEAF_COST * count.div_ceil(QUAD) as f32) * area
@@ -43,10 +44,10 @@ fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     if count == 1 {
         return [leaf; LANES];
     }
-    let at = nodes[1].tags().1 as usize;
+    let at = nodes[0].tags().0 as usize;
     let (own, below) = plans.split_at_mut(1);
-    let (left_plans, right_plans) = below.split_at_mut(2 * at - 1);
-    let (left_nodes, right_nodes) = nodes[1..].split_at(2 * at - 1);
+    let (left_plans, right_plans) = below.split_at_mut(at - 1);
+    let (left_nodes, right_nodes) = nodes[1..].split_at(at - 1);
     let (left_items, right_items) = items.split_at(at);
     let mut left = || weigh(left_nodes, left_items, left_plans);
     let mut right = || weigh(right_nodes, right_items, right_plans);
@@ -75,32 +76,40 @@ fn weigh(nodes: &[Extent], items: &[Extent], plans: &mut [Plan]) -> Costs {
     costs
 }
 
-/// The nodes that become children of node `at`, which is not a leaf, and how many they are.
-pub(super) fn children(tree: &Binary, plans: &[Plan], at: usize) -> ([usize; LANES], usize) {
-    let (mut children, mut count) = ([0; LANES], 0);
+/// What becomes the children of the node above `at`, which is not a leaf, and how many they are.
+pub(super) fn children(tree: &Binary, plans: &[Plan], at: Subtree) -> ([Subtree; LANES], usize) {
+    let (mut children, mut count) = ([Subtree::default(); LANES], 0);
     let (mut waiting, mut left) = ([(at, LANES); LANES], 1);
     while left > 0 {
         left -= 1;
         let (at, mut trees) = waiting[left];
-        let mut first = usize::from(plans[at].0[trees - 1]);
+        let Plan(firsts) = plan_of(plans, at);
+        let mut first = usize::from(firsts[trees - 1]);
         while trees > 1 && first == 0 {
             trees -= 1;
-            first = usize::from(plans[at].0[trees - 1]);
+            first = usize::from(firsts[trees - 1]);
         }
         if trees == 1 {
             children[count] = at;
             count += 1;
         } else {
-            waiting[left] = (tree.second(at), trees - first);
-            waiting[left + 1] = (at + 1, first);
+            let [one, other] = tree.children(at);
+            waiting[left] = (other, trees - first);
+            waiting[left + 1] = (one, first);
             left += 2;
         }
     }
     (children, count)
 }
 
-/// True if node `at` becomes a leaf.
+/// True if `at` becomes a leaf.
 #[inline(always)]
-pub(super) fn is_leaf(plans: &[Plan], at: usize) -> bool {
-    plans[at].0[0] == 0
+pub(super) fn is_leaf(plans: &[Plan], at: Subtree) -> bool {
+    plan_of(plans, at).0[0] == 0
+}
+
+/// One item is one tree, however many it might be.
+#[inline(always)]
+fn plan_of(plans: &[Plan], at: Subtree) -> Plan {
+    if at.count == 1 { Plan([0; LANES]) } else { plans[at.node as usize] }
 }

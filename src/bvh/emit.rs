@@ -1,6 +1,6 @@
 //! The finished tree of eight children a node, written from the tree of two and the plan of which of its nodes stay.
 
-use super::binary::Binary;
+use super::binary::{Binary, Subtree};
 use super::collapse::{MAX_LEAF, Plan, children, is_leaf};
 use super::extent::Extent;
 use super::filling::Filling;
@@ -51,16 +51,16 @@ pub(super) fn emit<B: Scalar>(outline: &Outline, tree: &mut Bvh<B>) -> Vec<Vec<u
 struct Leaf {
     /// The child of which node it is, and which.
     parent: (usize, usize),
-    /// Its node in the binary tree.
-    at: usize,
+    /// What it is in the binary tree.
+    at: Subtree,
 }
 
 /// A subtree to be written later.
 struct Later {
     /// The child of which node it is, and which.
     parent: (usize, usize),
-    /// Its node in the binary tree.
-    at: usize,
+    /// What it is in the binary tree.
+    at: Subtree,
     depth: usize,
     /// By kind: its rows, and those that come before.
     rows: Vec<usize>,
@@ -104,28 +104,29 @@ impl<'a, B: Scalar> Emit<'a, B> {
 
     /// Emits everything, or as much as is not left for later.
     fn root(&mut self) {
-        if !is_leaf(self.outline.plans, 0) {
-            self.subtree(0, 1);
+        let all = self.outline.binary.root();
+        if !is_leaf(self.outline.plans, all) {
+            self.subtree(all, 1);
             return;
         }
         // The walk begins at a node.
         self.depth = 1;
         let mut node = Node::empty();
-        self.planes(&mut node, 0, 0);
-        node.child[0] = self.leaf(0);
+        self.planes(&mut node, 0, all);
+        node.child[0] = self.leaf(all);
         self.nodes.push(node);
     }
 
-    /// Emits node `at` of the binary tree and all below it.
-    fn subtree(&mut self, at: usize, depth: usize) {
+    /// Emits `at` of the binary tree and all below it.
+    fn subtree(&mut self, at: Subtree, depth: usize) {
         self.node(at, depth);
         for kind in 0..self.waiting.len() {
             while self.next_leaf(kind) {}
         }
     }
 
-    /// Emits node `at` of the binary tree as a node at `depth` and returns its number.
-    fn node(&mut self, at: usize, depth: usize) -> usize {
+    /// Emits `at` of the binary tree as a node at `depth` and returns its number.
+    fn node(&mut self, at: Subtree, depth: usize) -> usize {
         let number = self.nodes.len();
         let Outline { binary, plans, .. } = *self.outline;
         let (children, count) = children(binary, plans, at);
@@ -142,7 +143,7 @@ impl<'a, B: Scalar> Emit<'a, B> {
         for (k, &at) in children.iter().enumerate().filter(|(_, child)| !is_leaf(plans, **child)) {
             let (parent, depth) = ((number, k), depth + 1);
             match &mut self.later {
-                Some(later) if binary.nodes[at].tags().1 as usize <= PART => {
+                Some(later) if at.count as usize <= PART => {
                     let (rows, before) = (Vec::new(), Vec::new());
                     later.push(Later { parent, at, depth, rows, before });
                 }
@@ -184,10 +185,10 @@ impl<'a, B: Scalar> Emit<'a, B> {
         }
     }
 
-    /// Rows below node `at` of the binary tree, by kind, if no two leaves share one.
-    fn rows_below(&self, at: usize) -> Vec<usize> {
+    /// Rows of `at` of the binary tree, by kind, if no two leaves share one.
+    fn rows_below(&self, at: Subtree) -> Vec<usize> {
         let mut rows = vec![0; self.order.len()];
-        for item in self.items_below(at) {
+        for item in self.outline.binary.items_of(at) {
             rows[usize::from(Tag::of(item).kind())] += 1;
         }
         rows
@@ -201,9 +202,9 @@ impl<'a, B: Scalar> Emit<'a, B> {
 
     /// Puts the largest surface first, the likeliest to stop a ray: rays that any hit ends take children in this order (Nah and
     /// Manocha 2014, SATO: surface area traversal order for shadow ray tracing).
-    fn by_area(&self, children: [usize; LANES], count: usize) -> [usize; LANES] {
-        let area = |at: usize| {
-            let [low, high] = self.outline.binary.nodes[at].corners();
+    fn by_area(&self, children: [Subtree; LANES], count: usize) -> [Subtree; LANES] {
+        let area = |at: Subtree| {
+            let [low, high] = self.outline.binary.bounds(at).corners();
             let [x, y, z] = [0, 1, 2].map(|axis| high[axis] - low[axis]);
             x * y + y * z + z * x
         };
@@ -215,10 +216,10 @@ impl<'a, B: Scalar> Emit<'a, B> {
         keys.map(|key| children[key as usize & (LANES - 1)])
     }
 
-    /// Makes the box of node `at` of the binary tree that of the `k`th child of `node`.
+    /// Makes the box around `at` of the binary tree that of the `k`th child of `node`.
     #[inline(always)]
-    fn planes(&self, node: &mut Node<B>, k: usize, at: usize) {
-        let [low, high] = self.outline.binary.nodes[at].corners();
+    fn planes(&self, node: &mut Node<B>, k: usize, at: Subtree) {
+        let [low, high] = self.outline.binary.bounds(at).corners();
         let plane = |x: f32, slack: f64| B::from_f64(f64::from(x) * self.outline.unit + slack);
         for axis in 0..3 {
             node.planes[axis][k] = plane(low[axis], -self.outline.slack[axis]);
@@ -226,16 +227,9 @@ impl<'a, B: Scalar> Emit<'a, B> {
         }
     }
 
-    /// The items of node `at` of the binary tree.
-    #[inline(always)]
-    fn items_below(&self, at: usize) -> &'a [Extent] {
-        let (first, count) = self.outline.binary.nodes[at].tags();
-        &self.outline.binary.items[first as usize..(first + count) as usize]
-    }
-
     /// Has a leaf, a child of `parent`, wait for its rows among those of its kind.
-    fn wait(&mut self, parent: (usize, usize), at: usize) {
-        let items = self.items_below(at);
+    fn wait(&mut self, parent: (usize, usize), at: Subtree) {
+        let items = self.outline.binary.items_of(at);
         let kind = usize::from(Tag::of(&items[0]).kind());
         self.waiting[kind].push(items.len(), Leaf { parent, at });
         if self.waiting[kind].is_full() {
@@ -252,8 +246,8 @@ impl<'a, B: Scalar> Emit<'a, B> {
     }
 
     /// A row that several items share, piece by piece, gets its place where it first comes.
-    fn leaf(&mut self, at: usize) -> Child {
-        let extents = self.items_below(at);
+    fn leaf(&mut self, at: Subtree) -> Child {
+        let extents = self.outline.binary.items_of(at);
         let mut tags = [Tag::of(&Extent::EMPTY); MAX_LEAF];
         tags[..extents.len()].iter_mut().zip(extents).for_each(|(tag, extent)| *tag = Tag::of(extent));
         let mut tags = &mut tags[..extents.len()];

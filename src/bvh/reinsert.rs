@@ -47,15 +47,28 @@ struct Move {
 
 impl Linked {
     fn of(tree: &Binary) -> Self {
-        let mut children = vec![[NONE; 2]; tree.nodes.len()];
-        let mut parent = vec![NONE; tree.nodes.len()];
-        for (at, children) in children.iter_mut().enumerate() {
-            if tree.nodes[at].tags().1 > 1 {
-                *children = [at as u32 + 1, tree.second(at) as u32];
-                children.iter().for_each(|&child| parent[child as usize] = at as u32);
+        let count = tree.nodes.len() + tree.items.len();
+        let mut linked = Self {
+            extents: Vec::with_capacity(count),
+            children: Vec::with_capacity(count),
+            parent: vec![NONE; count],
+        };
+        // With their parents, the next on top.
+        let mut waiting = vec![(tree.root(), NONE)];
+        while let Some((subtree, parent)) = waiting.pop() {
+            let at = linked.extents.len() as u32;
+            linked.extents.push(tree.bounds(subtree).tagged(subtree.first, 0));
+            linked.parent[at as usize] = parent;
+            let mut children = [NONE; 2];
+            if subtree.count > 1 {
+                let [one, other] = tree.children(subtree);
+                // A tree over `n` items has `2 n - 1` places here.
+                children = [at + 1, at + 2 * one.count];
+                waiting.extend([(other, at), (one, at)]);
             }
+            linked.children.push(children);
         }
-        Self { extents: tree.nodes.clone(), children, parent }
+        linked
     }
 
     fn sibling(&self, at: u32) -> u32 {
@@ -180,25 +193,29 @@ impl Linked {
 
     /// In the order of [`Binary`].
     fn in_order(&self, old: &[Extent]) -> Binary {
-        let mut nodes = Vec::with_capacity(self.extents.len());
-        let mut items = Vec::with_capacity(old.len());
+        let mut order = Vec::with_capacity(self.extents.len());
         let mut waiting = vec![0u32];
         while let Some(at) = waiting.pop() {
             let [a, b] = self.children[at as usize];
-            let (extent, first) = (self.extents[at as usize], items.len() as u32);
-            if a == NONE {
-                items.push(old[extent.tags().0 as usize]);
-            } else {
+            order.push(at as usize);
+            if a != NONE {
                 waiting.extend([b, a]);
             }
-            nodes.push(extent.tagged(first, u32::from(a == NONE)));
         }
-        for at in (0..nodes.len()).rev() {
-            let (first, count) = nodes[at].tags();
-            if count == 0 {
-                let left = nodes[at + 1].tags().1;
-                let right = nodes[at + 2 * left as usize].tags().1;
-                nodes[at] = nodes[at].tagged(first, left + right);
+        let is_item = |at: usize| self.children[at][0] == NONE;
+        // Items, by place in that order.
+        let mut counts = vec![1u32; order.len()];
+        for place in (0..order.len()).rev().filter(|&place| !is_item(order[place])) {
+            let left = counts[place + 1];
+            counts[place] = left + counts[place + 2 * left as usize];
+        }
+        let (mut nodes, mut items) = (Vec::with_capacity(old.len() - 1), Vec::with_capacity(old.len()));
+        for (place, at) in order.into_iter().enumerate() {
+            let extent = self.extents[at];
+            if is_item(at) {
+                items.push(old[extent.tags().0 as usize]);
+            } else {
+                nodes.push(extent.tagged(counts[place + 1], 0));
             }
         }
         Binary { nodes, items }
