@@ -79,8 +79,9 @@ struct Face {
     rows: u32,
     /// Where the first cell begins; the cube's edges are at -1 and 1.
     corner: [f64; 2],
-    /// Cells in a unit: a number of single precision. And how wide that makes a cell.
+    /// Cells in a unit: a number of single precision.
     scale: f64,
+    /// How wide that makes a cell.
     width: f64,
 }
 
