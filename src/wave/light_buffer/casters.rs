@@ -60,28 +60,43 @@ const TRIANGLES_A_PIXEL: f64 = 0.5;
 /// Whether most casters are convex solids or triangles, and many, but, apart from triangles, no more than `most`, which is what may be
 /// drawn into cells. (Points on others are mostly in doubt: what they lie on, or its next piece, is near.)
 pub fn are_worth_it<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, pixels: usize, most: f64) -> bool {
-    let (mut all, mut convex, mut triangles) =
-        (scene.csg.composites.len() + scene.instances.rows.len(), 0, 0);
-    for &kind in Kind::ALL {
-        let rows = scene.columns.len(kind);
-        all += rows;
-        match kind {
-            Kind::Triangle | Kind::SmoothTriangle => triangles += rows,
-            _ if is_convex(kind) => convex += rows,
-            _ => {}
-        }
-    }
-    let few = (all - triangles) as f64 <= most && triangles as f64 <= TRIANGLES_A_PIXEL * pixels as f64;
+    let Counts { triangles, convex, others } = Counts::of(scene);
+    let all = triangles + convex + others;
+    let few = (convex + others) as f64 <= most && triangles as f64 <= TRIANGLES_A_PIXEL * pixels as f64;
     convex + triangles >= FEWEST.max(all / 2) && few
+}
+
+/// What there is in a scene, whether it casts shadows or not.
+#[derive(Default)]
+struct Counts {
+    triangles: usize,
+    /// Of convex kinds.
+    convex: usize,
+    others: usize,
+}
+
+impl Counts {
+    fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {
+        let others = scene.csg.composites.len() + scene.instances.rows.len();
+        let mut counts = Self { others, ..Self::default() };
+        for &kind in Kind::ALL {
+            let count = match kind {
+                Kind::Triangle | Kind::SmoothTriangle => &mut counts.triangles,
+                _ if is_convex(kind) => &mut counts.convex,
+                _ => &mut counts.others,
+            };
+            *count += scene.columns.len(kind);
+        }
+        counts
+    }
 }
 
 impl Casters {
     /// Those of `scene`.
     pub fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {
-        let kinds = Kind::ALL.iter().filter(|kind| !matches!(kind, Kind::Triangle | Kind::SmoothTriangle));
-        let rows = kinds.map(|&kind| scene.columns.len(kind)).sum::<usize>();
+        let Counts { convex, others, .. } = Counts::of(scene);
         let mut casters = Self {
-            all: Vec::with_capacity(rows + scene.csg.composites.len() + scene.instances.rows.len()),
+            all: Vec::with_capacity(convex + others),
             // A long triangle may stand in several leaves.
             triangles: [Kind::Triangle, Kind::SmoothTriangle]
                 .map(|kind| (kind, vec![false; scene.columns.len(kind)])),
