@@ -51,14 +51,14 @@ impl Linked {
         let mut linked = Self {
             extents: Vec::with_capacity(count),
             children: Vec::with_capacity(count),
-            parent: vec![NONE; count],
+            parent: Vec::with_capacity(count),
         };
         // With their parents, the next on top.
         let mut waiting = vec![(tree.root(), NONE)];
         while let Some((subtree, parent)) = waiting.pop() {
             let at = linked.extents.len() as u32;
             linked.extents.push(tree.bounds(subtree).tagged(subtree.first, 0));
-            linked.parent[at as usize] = parent;
+            linked.parent.push(parent);
             let mut children = [NONE; 2];
             if subtree.count > 1 {
                 let [one, other] = tree.children(subtree);
