@@ -114,19 +114,18 @@ def summed_up(name, rows):
     for _, one, engine, _, _, rate, *_ in rows:
         rates.setdefault((one, engine), []).append(rate)
 
-    flags = (" coherent", " incoherent")
-
     def better(one, engine, of):
-        return max(of(rates[one, engine + flag]) for flag in flags)
+        """The rates with that of its flags of which `of` them is more."""
+        return max((rates[one, engine + flag] for flag in (" coherent", " incoherent")), key=of)
 
     for one in SETS:
         fast, exact = rates[one, "fast"], rates[one, "exact"]
         middle, best = statistics.median(fast), max(fast)
-        embree, robust = (better(one, engine, statistics.median) for engine in ("embree", "robust"))
-        beside = max((rates[one, "embree" + flag] for flag in flags), key=statistics.median)
+        beside = better(one, "embree", statistics.median)
+        embree, robust = statistics.median(beside), statistics.median(better(one, "robust", statistics.median))
         by_rounds = statistics.median(ours / theirs for ours, theirs in zip(fast, beside))
         yield [name, one, f"{embree:.2f}", f"{robust:.2f}", f"{middle:.2f}", f"**{middle / embree:.2f}**",
-               f"{by_rounds:.2f}", f"{best / better(one, 'embree', max):.2f}", f"{middle / robust:.2f}",
+               f"{by_rounds:.2f}", f"{best / max(better(one, 'embree', max)):.2f}", f"{middle / robust:.2f}",
                f"{statistics.median(exact):.2f}", f"{statistics.median(exact) / middle:.2f}"]
 
 
