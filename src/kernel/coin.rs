@@ -2,8 +2,8 @@
 //!
 //! Of packets that go on to double precision nine in ten have roots to be found there (the bench's frame of tori).
 
-use super::Rays;
 use super::quartic::{low_place, stays_above, stays_above_ahead};
+use super::{Rays, Screened};
 use crate::lane::{Lane, Mask, Scalar, Vec3, f32x8};
 use crate::scene::Transform;
 use glam::DMat3;
@@ -104,7 +104,7 @@ impl Coin {
     }
 
     /// Those of `lanes` that may meet it between two distances. With `any`, those that surely do are left out, and where they are
-    /// within the tube is told beside: NaN elsewhere. Whoever has the quartic above `above` misses in double precision.
+    /// within the tube is told beside. Whoever has the quartic above `above` misses in double precision.
     #[inline(always)]
     pub(super) fn look(
         &self,
@@ -112,7 +112,7 @@ impl Coin {
         [from, to]: [f32x8; 2],
         lanes: Mask<f32x8>,
         (any, above): (bool, f64),
-    ) -> (Mask<f32x8>, f32x8) {
+    ) -> Screened {
         let Rays { origin: o, dir: d } = *own;
         let inv = f32x8::lit(1.0) / d.fused_dot(d);
         let closest = -o.fused_dot(d) * inv;
@@ -125,9 +125,9 @@ impl Coin {
             & reach.le(f32x8::splat(self.minor) + room)
             & (closest + half_chord).ge(from)
             & (closest - half_chord).le(to);
-        let mut within = f32x8::lit(f64::NAN);
+        let mut met_at = f32x8::lit(f64::NAN);
         if may_meet.none() {
-            return (may_meet, within);
+            return Screened { may_meet, met_at };
         }
         // As [`super::torus`] has the quartic, along the ray from its closest point, by length.
         let four_rr = f32x8::splat(self.major * self.major * 4.0);
@@ -146,10 +146,11 @@ impl Coin {
             let room = f32x8::lit(CLEAR);
             let between = low.ge(start + room) & low.le(end - room);
             let met = may_meet & between & value(low).le(-off) & value(start).ge(off);
-            within = met.select(low.fused(inv_length, closest), within);
+            met_at = met.select(low.fused(inv_length, closest), met_at);
             may_meet &= !met;
         }
-        (may_meet & !stays_above(p, q * q, c, off + f32x8::lit(above)), within)
+        may_meet &= !stays_above(p, q * q, c, off + f32x8::lit(above));
+        Screened { may_meet, met_at }
     }
 }
 

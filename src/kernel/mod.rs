@@ -51,7 +51,7 @@ pub use sphere::Spheres;
 pub use torus::Tori;
 pub use triangle::{SmoothTriangles, Triangles};
 
-use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, bits, equal_lanes};
+use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, Vec3, bits, equal_lanes, f32x8};
 use crate::parallel;
 use glam::DVec3;
 
@@ -85,6 +85,29 @@ pub struct Looking<L> {
     pub lanes: u8,
     /// Whether there is a crossing is all they ask: any place there will do for it.
     pub any: bool,
+}
+
+/// What a look in single precision has told of eight rays and a primitive.
+#[derive(Debug, Clone, Copy)]
+pub struct Screened {
+    /// Lanes that may meet it.
+    pub may_meet: Mask<f32x8>,
+    /// Where lanes that ask for any are within it: NaN in those of which that is not known.
+    pub met_at: f32x8,
+}
+
+impl Screened {
+    /// Nothing, but which lanes look.
+    #[inline(always)]
+    pub fn unknown(lanes: u8) -> Self {
+        Self { may_meet: Mask::from_bits(lanes), met_at: f32x8::lit(f64::NAN) }
+    }
+
+    /// True if all rays miss it.
+    #[inline(always)]
+    pub fn is_missed(&self) -> bool {
+        (self.may_meet | self.met_at.equal(self.met_at)).none()
+    }
 }
 
 /// One of eight rays, and how it sees corners: every number in four lanes, as it is held against four rows at a time.
@@ -228,6 +251,28 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
         first_beyond(self.roots(i, rays, left).as_ref().iter().copied(), looking.from)
+    }
+
+    /// True if a short look in single precision tells of most rays that they miss a row. Walks have it inlined, and only call what
+    /// goes on from there.
+    const SCREENED: bool = false;
+
+    /// That look, by rays none of which starts on primitive `i`.
+    #[inline(always)]
+    fn screen(&self, _i: usize, _rays: &Rays<S::Lane>, looking: &Looking<S::Lane>) -> Screened {
+        Screened::unknown(looking.lanes)
+    }
+
+    /// [`Block::first`] of rays that have been screened and start elsewhere: the same, to the bit.
+    #[inline(always)]
+    fn first_screened(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        looking: &Looking<S::Lane>,
+        screened: Screened,
+    ) -> S::Lane {
+        self.first(i, rays, None, &Looking { lanes: screened.may_meet.bits(), ..*looking })
     }
 
     /// Asks the memory for row `i` and its neighbours, which will soon be tested.

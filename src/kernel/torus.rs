@@ -3,7 +3,7 @@
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
-use super::{Aabb, Block, Left, Looking, Rays, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Looking, Rays, Screened, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -81,6 +81,13 @@ impl Wanted {
     fn all() -> Self {
         let inf = f64x8::lit(f64::INFINITY);
         Self { from: -inf, to: inf, lanes: Mask::all_set(), first: false, any: false }
+    }
+
+    /// The first, or any, of what rays look for.
+    #[inline(always)]
+    fn first_of<L: Lane>(looking: &Looking<L>) -> Self {
+        let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
+        Self { from, to, lanes: Mask::from_bits(looking.lanes), first: true, any: looking.any }
     }
 
     /// The same counted from `shift` on.
@@ -363,26 +370,20 @@ impl<S: Scalar> Tori<S> {
         Ring { major: f64x8::splat(self.major[i].to_f64()), minor: f64x8::splat(self.minor[i].to_f64()) }
     }
 
-    /// Lanes that want crossings, do not start here, and may meet the torus. Of those that ask only whether they do, the ones that are
-    /// known to are left out: where these are within the tube comes beside, NaN elsewhere.
+    /// What single precision tells of rays that do not start here. `ends` by `t`.
     #[inline(always)]
-    fn approached_by(
+    fn screened(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
-        left: Option<&Left<S::Lane>>,
-        wanted: &Wanted,
-    ) -> (Mask<f64x8>, f64x8) {
-        let others = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
+        ends: [f32x8; 2],
+        (lanes, any): (Mask<f32x8>, bool),
+    ) -> Screened {
         let coin = &self.coins[i];
-        // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
-        if !coin.sound || (left.is_some() && others.none()) {
-            return (others, f64x8::lit(f64::NAN));
+        if !coin.sound {
+            return Screened { may_meet: lanes, met_at: f32x8::lit(f64::NAN) };
         }
-        let ends = [wanted.from, wanted.to].map(f32x8::from_f64s);
-        let own = coin.own(rays, self.frames.center(i));
-        let (may_meet, within) = coin.look(&own, ends, others.cast(), (wanted.any, NEAR_VALUE));
-        (may_meet.cast(), within.cast())
+        coin.look(&coin.own(rays, self.frames.center(i)), ends, lanes, (any, NEAR_VALUE))
     }
 
     /// Crossings in f64, NaN for none, with the rays of own space; `None` if there are none at all. `wanted` by `t`.
@@ -394,33 +395,49 @@ impl<S: Scalar> Tori<S> {
         left: Option<&Left<S::Lane>>,
         wanted: &Wanted,
     ) -> Option<([f64x8; 4], Rays<f64x8>)> {
-        let (others, within) = self.approached_by(i, rays, left, wanted);
-        let met = within.equal(within);
-        if left.is_none() && others.none() {
-            let none = f64x8::lit(f64::NAN);
-            return met.any().then(|| ([within, none, none, none], Rays::default()));
-        }
-        let frame = self.frames.at(i);
-        let own = frame.in_f64().rays(&rays.in_f64());
-        let ring = self.ring(i);
-        let mut roots = match others.any() {
-            true => ring.crossings(&own, &Wanted { lanes: others, ..*wanted }),
-            false => [f64x8::lit(f64::NAN); 4],
+        let elsewhere = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
+        // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
+        let screened = if left.is_some() && elsewhere.none() {
+            Screened::unknown(0)
+        } else {
+            let ends = [wanted.from, wanted.to].map(f32x8::from_f64s);
+            self.screened(i, rays, ends, (elsewhere.cast(), wanted.any))
         };
-        roots[0] = met.select(within, roots[0]);
-        if let Some(left) = left {
-            // The slope changes by the start's error, enlarged where the ring is bent, and by the direction's.
-            let radius = (own.origin.x * own.origin.x + own.origin.y * own.origin.y).sqrt();
-            let bend = f64x8::lit(1.0) + ring.major / radius;
-            let noise = widened(frame.start_error(rays)).dot(own.dir.abs()) * bend
-                + widened(frame.direction_error(rays)).dot(own.origin.abs());
-            let on = left.on.cast();
-            let others = ring.crossings_left(&own, &Wanted { lanes: on & wanted.lanes, ..*wanted }, noise);
-            for (root, other) in roots.iter_mut().zip(others) {
-                *root = on.select(other, *root);
-            }
+        let Some(left) = left else {
+            return (!screened.is_missed()).then(|| self.crossings_screened(i, rays, screened, wanted));
+        };
+        let (mut roots, own) = self.crossings_screened(i, rays, screened, wanted);
+        let (frame, ring) = (self.frames.at(i), self.ring(i));
+        // The slope changes by the start's error, enlarged where the ring is bent, and by the direction's.
+        let radius = (own.origin.x * own.origin.x + own.origin.y * own.origin.y).sqrt();
+        let bend = f64x8::lit(1.0) + ring.major / radius;
+        let noise = widened(frame.start_error(rays)).dot(own.dir.abs()) * bend
+            + widened(frame.direction_error(rays)).dot(own.origin.abs());
+        let on = left.on.cast();
+        let others = ring.crossings_left(&own, &Wanted { lanes: on & wanted.lanes, ..*wanted }, noise);
+        for (root, other) in roots.iter_mut().zip(others) {
+            *root = on.select(other, *root);
         }
         Some((roots, own))
+    }
+
+    /// The same of rays of which single precision has told what it can, and which start elsewhere.
+    #[inline(always)]
+    fn crossings_screened(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        Screened { may_meet, met_at }: Screened,
+        wanted: &Wanted,
+    ) -> ([f64x8; 4], Rays<f64x8>) {
+        let own = self.frames.at(i).in_f64().rays(&rays.in_f64());
+        let mut roots = match may_meet.any() {
+            true => self.ring(i).crossings(&own, &Wanted { lanes: may_meet.cast(), ..*wanted }),
+            false => [f64x8::lit(f64::NAN); 4],
+        };
+        let met_at: f64x8 = met_at.cast();
+        roots[0] = met_at.equal(met_at).select(met_at, roots[0]);
+        (roots, own)
     }
 
     /// All crossings, sorted, NaN last.
@@ -460,13 +477,30 @@ impl<S: Scalar> Block<S> for Tori<S> {
         left: Option<&Left<S::Lane>>,
         looking: &Looking<S::Lane>,
     ) -> S::Lane {
-        let (from, to) = (looking.from.to_f64s(), looking.to.to_f64s());
-        let wanted =
-            Wanted { from, to, lanes: Mask::from_bits(looking.lanes), first: true, any: looking.any };
-        match self.crossings(i, rays, left, &wanted) {
+        match self.crossings(i, rays, left, &Wanted::first_of(looking)) {
             Some((roots, _)) => least_beyond(&roots.map(S::Lane::from_f64s), looking.from),
             None => S::Lane::lit(f64::NAN),
         }
+    }
+
+    const SCREENED: bool = true;
+
+    #[inline(always)]
+    fn screen(&self, i: usize, rays: &Rays<S::Lane>, looking: &Looking<S::Lane>) -> Screened {
+        let ends = [looking.from, looking.to].map(|t| t.cast());
+        self.screened(i, rays, ends, (Mask::from_bits(looking.lanes), looking.any))
+    }
+
+    #[inline(always)]
+    fn first_screened(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        looking: &Looking<S::Lane>,
+        screened: Screened,
+    ) -> S::Lane {
+        let (roots, _) = self.crossings_screened(i, rays, screened, &Wanted::first_of(looking));
+        least_beyond(&roots.map(S::Lane::from_f64s), looking.from)
     }
 
     /// Rays that leave its outer half or pass through the hole, in double precision only: in single that is a matter of roundings.
@@ -591,7 +625,7 @@ mod tests {
             let coin = tori.coins[0];
             let own = coin.own(&rays, tori.frames.center(0));
             let ends = [f64x8::zero(), to].map(f32x8::from_f64s);
-            let (may_meet, within) = coin.look(&own, ends, Mask::all_set(), (true, NEAR_VALUE));
+            let Screened { may_meet, met_at } = coin.look(&own, ends, Mask::all_set(), (true, NEAR_VALUE));
             let told = [first(&tori, false), first(&tori, true)];
             tori.coins[0].sound = false;
             let known = first(&tori, false);
@@ -600,7 +634,7 @@ mod tests {
                 assert_eq!(told[0][k] < to.to_array()[k], before, "{round} {k}");
                 assert!(!before || told[0][k] == known[k], "{round} {k}: {} for {}", told[0][k], known[k]);
                 assert_eq!(told[1][k] < to.to_array()[k], before, "{round} {k}");
-                let inside = !within.to_array()[k].is_nan();
+                let inside = !met_at.to_array()[k].is_nan();
                 met += u32::from(inside);
                 missed += u32::from(!inside && may_meet.bits() >> k & 1 == 0);
                 of += 1;

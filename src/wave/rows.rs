@@ -4,7 +4,7 @@ use super::outlined::Outlined;
 use super::query::Query;
 use crate::bvh::{Count, Packet, Packets, Run, each_packet};
 use crate::compile::{SurfaceId, WithBlock};
-use crate::kernel::{Block, Center, Left, PluckerLines, Ranks, Ray};
+use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ranks, Ray, Rays, Screened};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose, first_and_last};
 
 /// How the rays of a group of packets see corners: nothing in scenes that have no triangles.
@@ -158,8 +158,16 @@ impl Rows<'_> {
                 continue;
             }
             let left = (on & !gone != 0).then_some(&left);
-            let t = block.first(row as usize, &query.rays, left, &query.looking(lanes & !gone, any));
+            let looking = query.looking(lanes & !gone, any);
             tested += 1;
+            let t = if K::SCREENED {
+                let Some(t) = first_screened(block, row as usize, &query.rays, left, &looking) else {
+                    continue;
+                };
+                t
+            } else {
+                block.first(row as usize, &query.rays, left, &looking)
+            };
             changed |= accept(query, t, &[surface; LANES], lanes & !gone, ranks);
             if any && changed == lanes {
                 break;
@@ -190,11 +198,60 @@ impl Rows<'_> {
         count: &mut impl Count,
     ) -> u8 {
         let looking = (lanes, any);
-        let (changed, tested) =
-            if K::SHORT { self.test(block, query, looking) } else { self.test_apart(block, query, looking) };
+        let (changed, tested) = if K::SHORT || K::SCREENED {
+            self.test(block, query, looking)
+        } else {
+            self.test_apart(block, query, looking)
+        };
         count.leaf(tested, lanes.count_ones());
         changed
     }
+}
+
+/// [`Block::first`] of a kind that is screened; `None` if all rays miss it. Only the look is inlined.
+#[inline(always)]
+fn first_screened<S: Scalar, K: Block<S>>(
+    block: &K,
+    row: usize,
+    rays: &Rays<S::Lane>,
+    left: Option<&Left<S::Lane>>,
+    looking: &Looking<S::Lane>,
+) -> Option<S::Lane> {
+    if let Some(left) = left {
+        return Some(first_left(block, row, rays, left, looking));
+    }
+    let screened = block.screen(row, rays, looking);
+    if screened.is_missed() {
+        None
+    } else if screened.may_meet.none() {
+        Some(screened.met_at.cast())
+    } else {
+        Some(first_met(block, row, rays, looking, screened))
+    }
+}
+
+/// [`Block::first`] of rays some of which start there, called.
+#[inline(never)]
+fn first_left<S: Scalar, K: Block<S>>(
+    block: &K,
+    row: usize,
+    rays: &Rays<S::Lane>,
+    left: &Left<S::Lane>,
+    looking: &Looking<S::Lane>,
+) -> S::Lane {
+    block.first(row, rays, Some(left), looking)
+}
+
+/// [`Block::first_screened`], called.
+#[inline(never)]
+fn first_met<S: Scalar, K: Block<S>>(
+    block: &K,
+    row: usize,
+    rays: &Rays<S::Lane>,
+    looking: &Looking<S::Lane>,
+    screened: Screened,
+) -> S::Lane {
+    block.first_screened(row, rays, looking, screened)
 }
 
 /// The test of a run of one kind by several packets: a bit for each that found something nearer.
