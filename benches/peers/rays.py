@@ -124,9 +124,10 @@ def summed_up(name, rows):
         beside = better(one, "embree", statistics.median)
         embree, robust = statistics.median(beside), statistics.median(better(one, "robust", statistics.median))
         by_rounds = statistics.median(ours / theirs for ours, theirs in zip(fast, beside))
+        dearer = statistics.median(double / single for double, single in zip(exact, fast))
         yield [name, one, f"{embree:.2f}", f"{robust:.2f}", f"{middle:.2f}", f"**{middle / embree:.2f}**",
                f"{by_rounds:.2f}", f"{best / max(better(one, 'embree', max)):.2f}", f"{middle / robust:.2f}",
-               f"{statistics.median(exact):.2f}", f"{statistics.median(exact) / middle:.2f}"]
+               f"{statistics.median(exact):.2f}", f"{statistics.median(exact) / middle:.2f}", f"{dearer:.2f}"]
 
 
 def builds(name, rows):
@@ -165,7 +166,7 @@ def main():
         built += builds(name, own)
         print(name, flush=True)
         write_csv(args.out / "rays.csv", ["geometry", "set", "engine", "round", "rays", "mrays_cpu_s", "primitives", "build_cpu_s", "bytes", "sah"], rows)
-        write_table(args.out / "rays.md", ["geometry", "rays", "Embree", "robust", "fast", "fast / Embree", "by rounds", "best / best", "fast / robust", "exact", "exact / fast"], table)
+        write_table(args.out / "rays.md", ["geometry", "rays", "Embree", "robust", "fast", "fast / Embree", "by rounds", "best / best", "fast / robust", "exact", "exact / fast", "exact / fast by rounds"], table)
         write_table(args.out / "builds.md", ["geometry", "Embree Mprims/s", "fast", "exact", "fast / Embree", "best / best", "Embree bytes a primitive", "fast", "exact", "SAH"], built)
         head = ["geometry", "set", "rays", *pairs]
         write_csv(args.out / "answers.csv", head, differing)
