@@ -99,8 +99,8 @@ pub struct Screened {
 impl Screened {
     /// Nothing, but which lanes look.
     #[inline(always)]
-    pub fn unknown(lanes: u8) -> Self {
-        Self { may_meet: Mask::from_bits(lanes), met_at: f32x8::lit(f64::NAN) }
+    pub fn unknown(lanes: Mask<f32x8>) -> Self {
+        Self { may_meet: lanes, met_at: f32x8::lit(f64::NAN) }
     }
 
     /// True if all rays miss it.
@@ -260,7 +260,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// That look, by rays none of which starts on primitive `i`.
     #[inline(always)]
     fn screen(&self, _i: usize, _rays: &Rays<S::Lane>, looking: &Looking<S::Lane>) -> Screened {
-        Screened::unknown(looking.lanes)
+        Screened::unknown(Mask::from_bits(looking.lanes))
     }
 
     /// [`Block::first`] of rays that have been screened and start elsewhere: the same, to the bit.

@@ -381,7 +381,7 @@ impl<S: Scalar> Tori<S> {
     ) -> Screened {
         let coin = &self.coins[i];
         if !coin.sound {
-            return Screened { may_meet: lanes, met_at: f32x8::lit(f64::NAN) };
+            return Screened::unknown(lanes);
         }
         coin.look(&coin.own(rays, self.frames.center(i)), ends, lanes, (any, NEAR_VALUE))
     }
@@ -398,7 +398,7 @@ impl<S: Scalar> Tori<S> {
         let elsewhere = left.map_or(wanted.lanes, |left| wanted.lanes & !left.on.cast());
         // Neighbours mostly leave one surface together, and then there is no other ray to ask for.
         let screened = if left.is_some() && elsewhere.none() {
-            Screened::unknown(0)
+            Screened::unknown(Mask::none_set())
         } else {
             let ends = [wanted.from, wanted.to].map(f32x8::from_f64s);
             self.screened(i, rays, ends, (elsewhere.cast(), wanted.any))
