@@ -29,6 +29,7 @@ mod shade;
 mod shadow;
 mod sharpen;
 mod shown;
+mod spare;
 mod stream;
 mod sums;
 mod surround;

@@ -82,13 +82,12 @@ pub fn surround<S: Scalar, B: Scalar>(
         }
         LightBuffers::Auto | LightBuffers::Always => Casters::of(&scene.geometry),
     };
+    let room = Room::default();
     hand_out(lights.iter_mut(), |lights| {
-        // Memory that is needed once for all lights of a thread.
-        let mut room = Room::default();
         for light in lights {
             if let Some(place) = light.shadow_point() {
                 let size = (cells.max(FEWEST_CELLS), most_drawn);
-                if let Some(buffer) = fill(&scene.geometry, &casters, place, size, &mut room) {
+                if let Some(buffer) = fill(&scene.geometry, &casters, place, size, &room) {
                     light.around = Around::Cells(Box::new(buffer));
                 }
             }

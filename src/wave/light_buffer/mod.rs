@@ -13,10 +13,13 @@ mod ball;
 mod casters;
 mod cell;
 mod cones;
+mod drawn;
 mod raster;
 mod region;
 mod seen;
 mod sheet;
+mod tile;
+mod triangles;
 
 pub use casters::{Casters, are_worth_it};
 pub use cones::Cones;
@@ -56,6 +59,16 @@ struct List {
 impl List {
     /// Not known: it begins where no list does.
     const NONE: Self = Self { first: u32::MAX, len: 0 };
+
+    /// The same list, once so many candidates come before what it was made among.
+    fn after(self, before: usize) -> Self {
+        let first = self.first as usize + before;
+        if self.len == 0 {
+            self
+        } else {
+            u32::try_from(first).map_or(Self::NONE, |first| Self { first, ..self })
+        }
+    }
 }
 
 /// See [`Cell::nearest`].
@@ -89,6 +102,13 @@ impl Face {
     /// How far across (side 0) or up (side 1) at depth 1 lies what is so many cells from where the first one begins.
     fn place(&self, side: usize, cells: f64) -> f64 {
         self.corner[side] + cells * self.width
+    }
+
+    /// First and last cell across or up that what lies from `low` to `high`, at depth 1, may be in: `room` cells more on either side.
+    fn range(&self, side: usize, [low, high]: [f64; 2], room: f64) -> [u32; 2] {
+        let last = [self.columns, self.rows][side] - 1;
+        let cell = |x: f64, by: f64| ((x - self.corner[side]) * self.scale + by).max(0.0) as u32;
+        [cell(low, -room), cell(high, room)].map(|cell| cell.min(last))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Face;
 use super::casters::Caster;
 use super::raster::{CELL_ROUNDING, EDGE, axes};
-use super::sheet::{Facet, Figures};
+use super::sheet::Figures;
 use crate::lane::{QUAD, Quad};
 use glam::DVec3;
 use wide::f64x4;
@@ -55,11 +55,7 @@ impl Outline {
 
     /// The cells it is seen through: first and last column, first and last row.
     pub fn cells(&self, face: &Face) -> [[u32; 2]; 2] {
-        let range = |[low, high]: [f64; 2], corner: f64, most: u32| {
-            let place = |x: f64, by: f64| ((x - corner) * face.scale + by).max(0.0) as u32;
-            [place(low, -CELL_ROUNDING), place(high, CELL_ROUNDING)].map(|cell| cell.min(most - 1))
-        };
-        [range(self.across, face.corner[0], face.columns), range(self.up, face.corner[1], face.rows)]
+        [face.range(0, self.across, CELL_ROUNDING), face.range(1, self.up, CELL_ROUNDING)]
     }
 }
 
@@ -87,28 +83,88 @@ impl Sides {
     }
 }
 
+/// Something that is seen through a face, and how far it reaches there. (All that a light sees is kept until the cells are laid
+/// out: it is small, and the rest is told again tile by tile.)
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Glimpse {
+    /// Whatever it is known by.
+    pub what: u64,
+    /// Least and greatest coordinate across and up, at depth 1: from [`Seen::origin`] on, as what is far away is seen in a small part of
+    /// the face.
+    sides: [[f32; 2]; 2],
+}
+
+impl Glimpse {
+    /// First and last column, first and last row of cells that it may be seen through; a hair more than those of which
+    /// [`Outline::cells`] and [`Figures::each_facet`] tell.
+    pub fn cells(&self, origin: [f64; 2], face: &Face) -> [[u32; 2]; 2] {
+        [0, 1].map(|side| {
+            // The face is so many columns wide at most that single precision is off by less than one rounding of cells.
+            let [low, high] = self.sides[side].map(|x| f64::from(x) + origin[side]);
+            face.range(side, [low, high], 2.0 * CELL_ROUNDING)
+        })
+    }
+}
+
 /// What is seen through one face.
 #[derive(Default)]
 pub(super) struct Seen {
-    /// With the casters' numbers.
-    pub outlines: Vec<(u32, Outline)>,
-    pub facets: Vec<Facet>,
-    /// How many of them there will be.
+    /// Casters: their number, below how near they are (see [`named`]).
+    pub outlines: Vec<Glimpse>,
+    /// Triangles by fours: see [`Four`].
+    pub fours: Vec<Glimpse>,
+    /// Where coordinates count from: some place that something is seen at.
+    pub origin: [f64; 2],
+    /// How many of the triangles will be facets.
     count: usize,
-    /// Around the facets, those of every fourth: ranges across and up.
+    /// Around the facets, those of every fourth: ranges across and up. And around all else.
     frame: [[f64x4; 2]; 2],
+    outer: [[f64; 2]; 2],
     /// Sums over the facets: width by height, width and height.
     area: f64x4,
     girth: f64x4,
+}
+
+/// Four triangles in a row of their columns, some of which are seen through one face.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Four {
+    /// Number of their kind in [`Casters::triangles`](super::Casters).
+    pub kind: usize,
+    /// A bit for each that is seen.
+    pub lanes: u8,
+    pub four: u32,
+}
+
+impl Four {
+    /// As [`Glimpse::what`].
+    pub fn packed(self) -> u64 {
+        (self.kind as u64) << 40 | u64::from(self.lanes) << 32 | u64::from(self.four)
+    }
+
+    /// Of [`Four::packed`].
+    pub fn of(packed: u64) -> Self {
+        Self { kind: (packed >> 40) as usize, lanes: (packed >> 32) as u8, four: packed as u32 }
+    }
+}
+
+/// A caster as [`Glimpse::what`]: its number below how near it is, so that these are in the order of depths.
+fn named(number: u32, near: f64) -> u64 {
+    u64::from((near as f32).to_bits()) << u32::BITS | u64::from(number)
+}
+
+/// A caster's number.
+pub(super) fn number_of(named: u64) -> usize {
+    named as u32 as usize
 }
 
 impl Seen {
     /// Nothing, as before anything was added.
     pub fn clear(&mut self) {
         self.outlines.clear();
-        self.facets.clear();
+        self.fours.clear();
         (self.count, self.area, self.girth) = (0, f64x4::splat(0.0), f64x4::splat(0.0));
-        self.frame = [[f64::INFINITY, f64::NEG_INFINITY].map(f64x4::splat); 2];
+        let nowhere = [f64::INFINITY, f64::NEG_INFINITY];
+        (self.frame, self.outer) = ([nowhere.map(f64x4::splat); 2], [nowhere; 2]);
     }
 
     /// How many.
@@ -118,11 +174,10 @@ impl Seen {
 
     /// Ranges across and up that hold all of it.
     pub fn frame(&self) -> Option<[[f64; 2]; 2]> {
-        let outlines = self.outlines.iter().map(|(_, outline)| [outline.across, outline.up]);
         let lanes = self.frame.map(|ends| ends.map(Quad::to_array));
         let facets = (0..QUAD).map(|k| lanes.map(|ends| ends.map(|lanes| lanes[k])));
-        let frame = outlines.chain(facets).reduce(around);
-        frame.filter(|[across, _]| across[0] <= across[1])
+        let frame = facets.fold(self.outer, around);
+        (frame[0][0] <= frame[0][1]).then_some(frame)
     }
 
     /// How many cells facets are drawn into, on average.
@@ -134,34 +189,54 @@ impl Seen {
     /// How many cells all else is drawn into.
     pub fn outlined(&self, face: &Face) -> f64 {
         let count = |[first, last]: [u32; 2]| f64::from(last - first + 1);
-        let outlines = self.outlines.iter().map(|(_, outline)| outline.cells(face));
+        let outlines = self.outlines.iter().map(|outline| outline.cells(self.origin, face));
         outlines.map(|[columns, rows]| count(columns) * count(rows)).sum()
     }
 
-    /// Makes room for triangles of `lanes`.
+    /// Adds triangles of `kind`: `lanes` of four.
     #[inline(always)]
-    pub fn expect(&mut self, figures: &Figures, lanes: u8) {
-        let all_bits = |k: usize| f64::from_bits(if lanes >> k & 1 == 1 { !0 } else { 0 });
+    pub fn add_four(&mut self, four: Four, figures: &Figures) {
+        let all_bits = |k: usize| f64::from_bits(if four.lanes >> k & 1 == 1 { !0 } else { 0 });
         let those: f64x4 = Quad::from_array(std::array::from_fn(all_bits));
         let ranges = figures.ranges();
-        for ([low, high], [least, most]) in self.frame.iter_mut().zip(ranges) {
-            *low = Quad::min(those.choose(least, *low), *low);
-            *high = Quad::max(those.choose(most, *high), *high);
+        let within = ranges.map(|[low, high]| {
+            let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(f64x4::splat);
+            [those.choose(low, least), those.choose(high, most)]
+        });
+        for ([low, high], [least, most]) in self.frame.iter_mut().zip(within) {
+            *low = Quad::min(least, *low);
+            *high = Quad::max(most, *high);
         }
         let [width, height] = ranges.map(|[low, high]| high - low);
         self.area += those & (width * height);
         self.girth += those & (width + height);
-        self.count += lanes.count_ones() as usize;
-    }
-
-    /// Makes room for all facets expected.
-    pub fn reserve(&mut self) {
-        self.facets.reserve_exact(self.count);
+        self.count += four.lanes.count_ones() as usize;
+        let sides = within.map(|[low, high]| {
+            let [a, b, c, d] = Quad::to_array(low);
+            let [e, f, g, h] = Quad::to_array(high);
+            [a.min(b).min(c.min(d)), e.max(f).max(g.max(h))]
+        });
+        let glimpse = self.glimpse(four.packed(), sides);
+        self.fours.push(glimpse);
     }
 
     /// Adds what is seen through face number `face` of a box from `min` to `max` about caster `number`.
     pub fn add(&mut self, face: usize, number: u32, (min, max): (DVec3, DVec3)) {
-        self.outlines.extend(Outline::through(face, min, max).map(|outline| (number, outline)));
+        if let Some(Outline { across, up, near }) = Outline::through(face, min, max) {
+            let glimpse = self.glimpse(named(number, near), [across, up]);
+            self.outlines.push(glimpse);
+            self.outer = around(self.outer, [across, up]);
+        }
+    }
+
+    /// What is seen between these sides.
+    #[inline(always)]
+    fn glimpse(&mut self, what: u64, sides: [[f64; 2]; 2]) -> Glimpse {
+        if self.outlines.is_empty() && self.fours.is_empty() {
+            self.origin = sides.map(|[low, _]| low);
+        }
+        let from = self.origin;
+        Glimpse { what, sides: [0, 1].map(|side| sides[side].map(|x| (x - from[side]) as f32)) }
     }
 }
 

@@ -45,9 +45,8 @@ pub(super) struct Facet {
     pub surface: SurfaceId,
 }
 
-/// Four triangles as the light sees them through the face that the first of them is seen through.
+/// Four triangles as the light sees them through a face.
 pub(super) struct Figures {
-    pub face: usize,
     /// Those that are seen well within it.
     pub within: u8,
     /// Their corners across and up, at depth 1.
@@ -57,11 +56,9 @@ pub(super) struct Figures {
 }
 
 impl Figures {
-    /// Of their corners' coordinates.
+    /// Through face number `face`, of their corners' coordinates.
     #[inline(always)]
-    pub fn of(corners: &[[f64; QUAD]; 9], location: DVec3) -> Self {
-        let first = DVec3::new(corners[0][0], corners[1][0], corners[2][0]) - location;
-        let face = face_of(first);
+    pub fn through(face: usize, corners: &[[f64; QUAD]; 9], location: DVec3) -> Self {
         let (along, across, up, backward) = axes(face);
         let one = f64x4::splat(1.0);
         let sign = if backward { -one } else { one };
@@ -79,7 +76,7 @@ impl Figures {
         let within = Quad::le(far, f64x4::splat(WELL_WITHIN))
             & Quad::gt(depths[0], f64x4::splat(0.0))
             & Quad::gt(f64x4::splat(f64::INFINITY), depths[1]);
-        Self { face, within: Quad::bits(within), at, depths }
+        Self { within: Quad::bits(within), at, depths }
     }
 
     /// Least and greatest coordinate across and up.
@@ -96,7 +93,7 @@ impl Figures {
         lanes: u8,
         face: &Face,
         (first, slack): (SurfaceId, f64),
-        mut call: impl FnMut(Facet, [[i32; 2]; 2]),
+        mut call: impl FnMut(Facet, [[u32; 2]; 2]),
     ) {
         let parts = f64x4::splat(face.scale * f64::from(PARTS));
         let scaled =
@@ -124,7 +121,7 @@ impl Figures {
                 far: far[k],
                 surface: first + k as u32,
             };
-            call(facet, cells.map(|ends| ends.map(|lanes| lanes[k])));
+            call(facet, cells.map(|ends| ends.map(|lanes| lanes[k] as u32)));
         }
     }
 }
@@ -143,9 +140,10 @@ fn whole(x: f64x4) -> [i32; QUAD] {
     Quad::to_array(x + f64x4::splat(NO_PLACES)).map(|x| x.to_bits() as i32)
 }
 
-/// The face that a point relative to the light is seen through.
+/// The face that the first corner of one of four triangles is seen through.
 #[inline(always)]
-fn face_of(point: DVec3) -> usize {
+pub(super) fn face_of(corners: &[[f64; QUAD]; 9], k: usize, location: DVec3) -> usize {
+    let point = DVec3::new(corners[0][k], corners[1][k], corners[2][k]) - location;
     let [x, y, z] = point.abs().to_array();
     let along = if x >= y && x >= z { 0 } else { 2 - usize::from(y >= z) };
     along * 2 + usize::from(point[along] < 0.0)
