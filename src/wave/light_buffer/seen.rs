@@ -4,7 +4,7 @@ use super::Face;
 use super::casters::Caster;
 use super::raster::{CELL_ROUNDING, EDGE, axes};
 use super::sheet::Figures;
-use crate::lane::{QUAD, Quad};
+use crate::lane::Quad;
 use glam::DVec3;
 use wide::f64x4;
 
@@ -117,9 +117,8 @@ pub(super) struct Seen {
     pub origin: [f64; 2],
     /// How many of the triangles will be facets.
     count: usize,
-    /// Around the facets, those of every fourth: ranges across and up. And around all else.
-    frame: [[f64x4; 2]; 2],
-    outer: [[f64; 2]; 2],
+    /// Around all of it: ranges across and up.
+    frame: [[f64; 2]; 2],
     /// Sums over the facets: width by height, width and height.
     area: f64x4,
     girth: f64x4,
@@ -163,8 +162,7 @@ impl Seen {
         self.outlines.clear();
         self.fours.clear();
         (self.count, self.area, self.girth) = (0, f64x4::splat(0.0), f64x4::splat(0.0));
-        let nowhere = [f64::INFINITY, f64::NEG_INFINITY];
-        (self.frame, self.outer) = ([nowhere.map(f64x4::splat); 2], [nowhere; 2]);
+        self.frame = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     }
 
     /// How many.
@@ -174,10 +172,7 @@ impl Seen {
 
     /// Ranges across and up that hold all of it.
     pub fn frame(&self) -> Option<[[f64; 2]; 2]> {
-        let lanes = self.frame.map(|ends| ends.map(Quad::to_array));
-        let facets = (0..QUAD).map(|k| lanes.map(|ends| ends.map(|lanes| lanes[k])));
-        let frame = facets.fold(self.outer, around);
-        (frame[0][0] <= frame[0][1]).then_some(frame)
+        (self.frame[0][0] <= self.frame[0][1]).then_some(self.frame)
     }
 
     /// How many cells facets are drawn into, on average.
@@ -199,21 +194,14 @@ impl Seen {
         let all_bits = |k: usize| f64::from_bits(if four.lanes >> k & 1 == 1 { !0 } else { 0 });
         let those: f64x4 = Quad::from_array(std::array::from_fn(all_bits));
         let ranges = figures.ranges();
-        let within = ranges.map(|[low, high]| {
-            let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(f64x4::splat);
-            [those.choose(low, least), those.choose(high, most)]
-        });
-        for ([low, high], [least, most]) in self.frame.iter_mut().zip(within) {
-            *low = Quad::min(least, *low);
-            *high = Quad::max(most, *high);
-        }
         let [width, height] = ranges.map(|[low, high]| high - low);
         self.area += those & (width * height);
         self.girth += those & (width + height);
         self.count += four.lanes.count_ones() as usize;
-        let sides = within.map(|[low, high]| {
-            let [a, b, c, d] = Quad::to_array(low);
-            let [e, f, g, h] = Quad::to_array(high);
+        let sides = ranges.map(|[low, high]| {
+            let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(f64x4::splat);
+            let [a, b, c, d] = Quad::to_array(those.choose(low, least));
+            let [e, f, g, h] = Quad::to_array(those.choose(high, most));
             [a.min(b).min(c.min(d)), e.max(f).max(g.max(h))]
         });
         let glimpse = self.glimpse(four.packed(), sides);
@@ -225,16 +213,16 @@ impl Seen {
         if let Some(Outline { across, up, near }) = Outline::through(face, min, max) {
             let glimpse = self.glimpse(named(number, near), [across, up]);
             self.outlines.push(glimpse);
-            self.outer = around(self.outer, [across, up]);
         }
     }
 
-    /// What is seen between these sides.
+    /// What is seen between these sides, which the frame takes in.
     #[inline(always)]
     fn glimpse(&mut self, what: u64, sides: [[f64; 2]; 2]) -> Glimpse {
         if self.outlines.is_empty() && self.fours.is_empty() {
             self.origin = sides.map(|[low, _]| low);
         }
+        self.frame = around(self.frame, sides);
         let from = self.origin;
         Glimpse { what, sides: [0, 1].map(|side| sides[side].map(|x| (x - from[side]) as f32)) }
     }

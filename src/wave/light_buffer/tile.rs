@@ -18,9 +18,15 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    /// How many columns it has.
+    #[inline(always)]
+    fn width(&self) -> u32 {
+        self.columns[1] - self.columns[0] + 1
+    }
+
     /// How many cells it has.
     pub fn len(&self) -> usize {
-        ((self.columns[1] - self.columns[0] + 1) * (self.rows[1] - self.rows[0] + 1)) as usize
+        (self.width() * (self.rows[1] - self.rows[0] + 1)) as usize
     }
 
     /// What it has of a range of columns and a range of rows; `None` if that is nothing.
@@ -34,13 +40,12 @@ impl Tile {
     /// The number in the tile of the cell in a column and row of the face.
     #[inline(always)]
     pub fn cell(&self, column: u32, row: u32) -> u32 {
-        (row - self.rows[0]) * (self.columns[1] - self.columns[0] + 1) + (column - self.columns[0])
+        (row - self.rows[0]) * self.width() + (column - self.columns[0])
     }
 
     /// The column and row of cell number `cell`.
     pub fn place(&self, cell: u32) -> (u32, u32) {
-        let width = self.columns[1] - self.columns[0] + 1;
-        (self.columns[0] + cell % width, self.rows[0] + cell / width)
+        (self.columns[0] + cell % self.width(), self.rows[0] + cell / self.width())
     }
 }
 
