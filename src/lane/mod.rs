@@ -19,7 +19,7 @@ pub use vec3::Vec3;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
-pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
+pub use wide::{f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 use wide::{i32x8, i64x8, u32x8};
 
 /// Lanes in a packet.

@@ -23,15 +23,19 @@ const LARGEST_LOGARITHM: f64 = 1.0715086071862673e301;
 const LARGEST_POWER: f64 = 16.0;
 
 impl Number for f64x8 {
+    #[inline(always)]
     fn lit(value: f64) -> Self {
         Lane::lit(value)
     }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Lane::sqrt(self)
     }
+    #[inline(always)]
     fn abs(self) -> Self {
         Lane::abs(self)
     }
+    #[inline(always)]
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self {
         self.lt(other).select(yes, no)
     }

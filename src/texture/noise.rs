@@ -2,12 +2,16 @@
 //!
 //! What takes the time is to look up the functions of eight corners. Eight points in one cell, as neighbours in a picture mostly
 //! are where noise is coarse, look them up once, and share each number. Others look them up one by one: the four numbers of a
-//! function stand side by side in the table, and are multiplied and summed up as one vector.
+//! function stand side by side in the table, and those of two points are multiplied and summed up as one vector.
 
-use crate::lane::{LANES, Lane, Mask, columns, f64x4, f64x8, rows};
+use crate::lane::{LANES, Lane, Mask, QUAD, columns, f64x2, f64x4, f64x8, rows};
 use crate::scene::noise::{
-    LATTICE, LATTICE_END, Within, added_up, cell_of, far_of, function, index, shifted,
+    LATTICE, LATTICE_END, Within, added_up, aligned_function, cell_of, far_of, function, index, shifted,
 };
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Pairs of points.
+const PAIRS: usize = LANES / 2;
 
 /// See [`crate::scene::number::Number::lattice`].
 pub fn lattice<const N: usize>(p: [f64x8; 3]) -> [f64x8; N] {
@@ -43,21 +47,58 @@ fn in_one_cell<const N: usize>(at: [f64x8; 3], cell: [f64; 3]) -> [f64x8; N] {
     for (function, first) in functions.iter_mut().zip(LATTICE.corners_of(cell)) {
         *function = first;
     }
+    if cfg!(target_feature = "avx512f") {
+        return in_cell(at, &functions);
+    }
+    // (By halves: the sums of eight points would be more than AVX2 has registers for. AVX-512 takes three times as long by halves.)
     let at: [[f64x4; 2]; 3] = at.map(bytemuck::cast);
-    // (By halves: the sums of eight points would be more than AVX2 has registers for.)
-    let halves = [0, 1].map(|half| {
-        let within = Within::new(at.map(|at| at[half]));
-        let mut sums = [[f64x4::ZERO; 4]; N];
-        for (corner, first) in functions.into_iter().enumerate() {
-            let factors = within.factors(corner);
-            for (n, sums) in sums.iter_mut().enumerate() {
-                let numbers = function(first + 4 * n);
-                *sums = std::array::from_fn(|k| factors[k].mul_add(f64x4::splat(numbers[k]), sums[k]));
-            }
+    let halves = [0, 1].map(|half| in_cell(at.map(|at| at[half]), &functions));
+    std::array::from_fn(|n| bytemuck::cast(halves.map(|sums: [f64x4; N]| sums[n])))
+}
+
+/// Numbers of as many points as a register holds.
+trait Register:
+    Copy
+    + Default
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// As [`Lane::fused`].
+    fn fused(self, b: Self, c: Self) -> Self;
+}
+
+impl Register for f64x4 {
+    #[inline(always)]
+    fn fused(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+}
+
+impl Register for f64x8 {
+    #[inline(always)]
+    fn fused(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+}
+
+/// The sums at points so far from the corner of a cell with these functions.
+#[inline(always)]
+fn in_cell<T: Register, const N: usize>(at: [T; 3], functions: &[usize; 8]) -> [T; N] {
+    let within = Within::new(at);
+    let mut sums = [[T::default(); QUAD]; N];
+    for (corner, first) in functions.iter().enumerate() {
+        let factors = within.factors(corner);
+        for (n, sums) in sums.iter_mut().enumerate() {
+            let numbers = function(first + QUAD * n);
+            *sums = std::array::from_fn(|k| factors[k].fused(numbers[k].into(), sums[k]));
         }
-        sums.map(added_up)
-    });
-    std::array::from_fn(|n| bytemuck::cast(halves.map(|sums| sums[n])))
+    }
+    sums.map(added_up)
 }
 
 /// The sums at points so far from the corners of their cells.
@@ -66,30 +107,45 @@ fn apart<const N: usize>(at: [f64x8; 3], cell: [f64x8; 3]) -> [f64x8; N] {
     let (lattice, cell) = (&*LATTICE, cell.map(|c| shifted(c).to_array()));
     let within = Within::new(at);
     // (Laid down once, in a loop.)
-    let mut weights = [[0.0; LANES]; 8];
+    let mut weights = [[f64x2::ZERO; PAIRS]; 8];
     for (corner, weights) in weights.iter_mut().enumerate() {
-        *weights = within.weight(corner).to_array();
+        *weights = bytemuck::cast(within.weight(corner));
     }
     let [x, y, z] = at;
-    let mut sums = [[f64x4::ZERO; LANES]; N];
-    for (k, point) in rows([Lane::lit(0.5), x, y, z]).into_iter().enumerate() {
+    let points: [f64x8; PAIRS] = bytemuck::cast(rows([Lane::lit(0.5), x, y, z]));
+    let mut sums = [[f64x8::ZERO; PAIRS]; N];
+    for (pair, point) in points.into_iter().enumerate() {
         // (By reference: arrays that are mapped by value are copied for each lane.)
-        let corners = lattice.corners(cell.each_ref().map(|c| index(c[k])));
-        let mut own = [f64x4::ZERO; N];
-        for (corner, first) in corners.enumerate() {
+        let corners = |k: usize| lattice.corners(cell.each_ref().map(|c| index(c[2 * pair + k])));
+        let mut own = [f64x8::ZERO; N];
+        for (corner, (first, second)) in corners(0).zip(corners(1)).enumerate() {
             let [far_x, far_y, far_z] = far_of(corner);
+            let far = f64x4::from([0.0, far_x, far_y, far_z]);
+            let [a, b] = weights[corner][pair].to_array();
             // What [`Within::factors`] says.
-            let factors =
-                (point - f64x4::from([0.0, far_x, far_y, far_z])) * f64x4::splat(weights[corner][k]);
+            let factors = (point - beside(far, far)) * f64x8::from([a, a, a, a, b, b, b, b]);
             for (n, sum) in own.iter_mut().enumerate() {
-                *sum = factors.mul_add(f64x4::from(*function(first + 4 * n)), *sum);
+                let numbers = beside(numbers::<N>(first + QUAD * n), numbers::<N>(second + QUAD * n));
+                *sum = Lane::fused(factors, numbers, *sum);
             }
         }
         for (sums, own) in sums.iter_mut().zip(own) {
-            sums[k] = own;
+            sums[pair] = own;
         }
     }
-    sums.map(|rows| added_up(columns(rows)))
+    sums.map(|rows| added_up(columns(bytemuck::cast(rows))))
+}
+
+/// A function's numbers, where one of `N` is asked for at each corner.
+#[inline(always)]
+fn numbers<const N: usize>(first: usize) -> f64x4 {
+    f64x4::from(if N > 1 { *aligned_function(first) } else { *function(first) })
+}
+
+/// One row beside another.
+#[inline(always)]
+fn beside(first: f64x4, second: f64x4) -> f64x8 {
+    bytemuck::cast([first, second])
 }
 
 #[cfg(test)]
