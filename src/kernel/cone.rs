@@ -220,9 +220,8 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Cones<S, TAPERED, OPEN> {
             let own = self.frames.at(i).rays(rays);
             return (shape.spans(&own), own);
         };
-        let frame = self.frames.at(i);
-        let own = frame.rays(rays);
-        (shape.spans_left(&own, left, &frame, rays), own)
+        let own = self.frames.at(i).rays(rays);
+        (shape.spans_left(&own, left, &self.frames.at(i), rays), own)
     }
 }
 

@@ -375,7 +375,7 @@ pub trait Lane:
         if y.fract() != 0.0 || !(1.0..=most).contains(&y) {
             return self.pow_apart(y);
         }
-        let (mut rest, mut square) = (y as u32, self);
+        let (mut rest, mut square) = (y as u32, self.in_register());
         while rest & 1 == 0 {
             (rest, square) = (rest >> 1, square * square);
         }

@@ -84,7 +84,8 @@ pub fn reflect_share<L: Lane>(
         (factor, weight * factor.max_element().cast())
     } else {
         let share = (one - hit.cos).max(L::zero());
-        let share = if reflection.falloff == 1.0 { share } else { share.pow_const(reflection.falloff) };
+        let falloff = reflection.falloff;
+        let share = if falloff == 1.0 { share.in_register() } else { share.pow_const(falloff) };
         let most = reflection.max.max_element().max(reflection.min.max_element());
         (between(share.cast()), weight * L::lit(most))
     };

@@ -163,8 +163,9 @@ impl Drawn {
         for eight in (0..corners).step_by(LANES) {
             let corner = |k: usize| (eight + k) % columns;
             let mut dir = [f64x8::lit(if backward { -1.0 } else { 1.0 }); 3];
-            dir[across] = f64x8::from_fn(|k| face.place(0, f64::from(left + corner(k) as u32)));
-            dir[up] = f64x8::from_fn(|k| face.place(1, f64::from(low + ((eight + k) / columns) as u32)));
+            dir[across] = f64x8::from_fn(|k| face.place(0, f64::from(left + corner(k) as u32))).in_register();
+            dir[up] = f64x8::from_fn(|k| face.place(1, f64::from(low + ((eight + k) / columns) as u32)))
+                .in_register();
             let dir = Vec3::new(dir[0], dir[1], dir[2]);
             let length = dir.length();
             let rays =
