@@ -233,21 +233,21 @@ fn abs_rows<L: Lane>([x, y, z]: &[Vec3<L>; 3]) -> [Vec3<L>; 3] {
 /// Rows of eight primitives, column by column.
 #[inline(always)]
 fn gather_rows<S: Scalar>(rows: &[[S; ROW]], index: &[u32; LANES]) -> [S::Lane; ROW] {
-    match one_row(index) {
-        Some(row) => rows[row].map(S::Lane::splat),
-        None => gather_rows_apart(rows, index).map(Lane::in_register),
+    let mut columns = rows[index[0] as usize].map(|x| S::Lane::splat(x).in_register());
+    if one_row(index).is_none() {
+        gather_rows_apart(rows, index, &mut columns);
     }
+    columns
 }
 
 /// The same of rows that are not all one. (Inlined, it has the compiler keep what either way has made in halves of registers, and
 /// store all of that several times over.)
 #[inline(never)]
-fn gather_rows_apart<S: Scalar>(rows: &[[S; ROW]], index: &[u32; LANES]) -> [S::Lane; ROW] {
-    let (mut columns, rows) = ([S::Lane::zero(); ROW], index.map(|row| &rows[row as usize]));
+fn gather_rows_apart<S: Scalar>(rows: &[[S; ROW]], index: &[u32; LANES], columns: &mut [S::Lane; ROW]) {
+    let rows = index.map(|row| &rows[row as usize]);
     for (k, column) in columns.iter_mut().enumerate() {
-        *column = S::Lane::from_fn(|lane| rows[lane][k]);
+        *column = S::Lane::from_fn(|lane| rows[lane][k]).in_register();
     }
-    columns
 }
 
 fn forward_abs(m: &DMat3) -> DMat3 {
