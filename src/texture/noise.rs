@@ -8,10 +8,18 @@ use crate::lane::{LANES, Lane, Mask, QUAD, columns, f64x2, f64x4, f64x8, rows};
 use crate::scene::noise::{
     LATTICE, LATTICE_END, Within, added_up, aligned_function, cell_of, far_of, function, index, shifted,
 };
-use std::ops::{Add, Mul, Neg, Sub};
 
 /// Pairs of points.
 const PAIRS: usize = LANES / 2;
+
+/// As many points as are summed up at once. (AVX2 has no registers for the sums of eight; AVX-512 takes three times as long by halves.)
+#[cfg(target_feature = "avx512f")]
+type Register = f64x8;
+#[cfg(not(target_feature = "avx512f"))]
+type Register = f64x4;
+
+/// Registers that hold all points.
+const REGISTERS: usize = size_of::<f64x8>() / size_of::<Register>();
 
 /// See [`crate::scene::number::Number::lattice`].
 pub fn lattice<const N: usize>(p: [f64x8; 3]) -> [f64x8; N] {
@@ -47,58 +55,20 @@ fn in_one_cell<const N: usize>(at: [f64x8; 3], cell: [f64; 3]) -> [f64x8; N] {
     for (function, first) in functions.iter_mut().zip(LATTICE.corners_of(cell)) {
         *function = first;
     }
-    if cfg!(target_feature = "avx512f") {
-        return in_cell(at, &functions);
-    }
-    // (By halves: the sums of eight points would be more than AVX2 has registers for. AVX-512 takes three times as long by halves.)
-    let at: [[f64x4; 2]; 3] = at.map(bytemuck::cast);
-    let halves = [0, 1].map(|half| in_cell(at.map(|at| at[half]), &functions));
-    std::array::from_fn(|n| bytemuck::cast(halves.map(|sums: [f64x4; N]| sums[n])))
-}
-
-/// Numbers of as many points as a register holds.
-trait Register:
-    Copy
-    + Default
-    + From<f64>
-    + Neg<Output = Self>
-    + Add<Output = Self>
-    + Add<f64, Output = Self>
-    + Sub<f64, Output = Self>
-    + Mul<Output = Self>
-    + Mul<f64, Output = Self>
-{
-    /// As [`Lane::fused`].
-    fn fused(self, b: Self, c: Self) -> Self;
-}
-
-impl Register for f64x4 {
-    #[inline(always)]
-    fn fused(self, b: Self, c: Self) -> Self {
-        self.mul_add(b, c)
-    }
-}
-
-impl Register for f64x8 {
-    #[inline(always)]
-    fn fused(self, b: Self, c: Self) -> Self {
-        self.mul_add(b, c)
-    }
-}
-
-/// The sums at points so far from the corner of a cell with these functions.
-#[inline(always)]
-fn in_cell<T: Register, const N: usize>(at: [T; 3], functions: &[usize; 8]) -> [T; N] {
-    let within = Within::new(at);
-    let mut sums = [[T::default(); QUAD]; N];
-    for (corner, first) in functions.iter().enumerate() {
-        let factors = within.factors(corner);
-        for (n, sums) in sums.iter_mut().enumerate() {
-            let numbers = function(first + QUAD * n);
-            *sums = std::array::from_fn(|k| factors[k].fused(numbers[k].into(), sums[k]));
+    let at: [[Register; REGISTERS]; 3] = at.map(bytemuck::cast);
+    let parts: [[Register; N]; REGISTERS] = std::array::from_fn(|part| {
+        let within = Within::new(at.map(|at| at[part]));
+        let mut sums = [[Register::ZERO; QUAD]; N];
+        for (corner, first) in functions.into_iter().enumerate() {
+            let factors = within.factors(corner);
+            for (n, sums) in sums.iter_mut().enumerate() {
+                let numbers = function(first + QUAD * n);
+                *sums = std::array::from_fn(|k| factors[k].mul_add(Register::splat(numbers[k]), sums[k]));
+            }
         }
-    }
-    sums.map(added_up)
+        sums.map(added_up)
+    });
+    std::array::from_fn(|n| bytemuck::cast(parts.map(|sums| sums[n])))
 }
 
 /// The sums at points so far from the corners of their cells.
