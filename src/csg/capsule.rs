@@ -1,11 +1,11 @@
-//! What a packet of rays passes by: parts of a composite by capsules around them, eight at a time.
+//! What a packet of rays, or two side by side, passes by: parts of a composite by capsules around them, eight at a time.
 //!
-//! All rays of a packet lie within some room of one line, as far as a ball around the composite reaches. A part whose capsule (all that is within
+//! All their rays lie within some room of one line, as far as a ball around the composite reaches. A part whose capsule (all that is within
 //! a radius of a stretch of a line) is farther than that from the line is met by none of them. Most parts of most composites are
-//! told so: of a dozen holes a packet meets one.
+//! told so: of a dozen holes they meet one.
 
 use crate::kernel::{Aabb, Rays, Solid};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, first_and_last, highest};
+use crate::lane::{Flags, LANES, Lane, Scalar, Singles, Vec3, f32x8};
 use glam::{DMat3, DVec3};
 
 /// Capsules are no longer than this many times the composite's size, either way.
@@ -108,22 +108,23 @@ pub(super) struct Beam {
 impl Beam {
     /// Around the rays of `lanes` (not none), given by their points nearest to a middle, within `size` of there.
     #[inline(always)]
-    pub(super) fn new(rays: &Rays<f32x8>, lanes: u8, size: f32) -> Self {
-        let (first, last) = first_and_last(lanes);
+    pub(super) fn new<W: Singles>(rays: &Rays<W>, lanes: u16, size: f32) -> Self {
+        let first = lanes.trailing_zeros() as usize;
+        let last = (u16::BITS - 1).saturating_sub(lanes.leading_zeros()) as usize;
         // Neighbours in a picture come in rows: between the first and the last lie the others.
-        let between = |v: &Vec3<f32x8>| {
-            let mean = |x: &f32x8| (x.lanes()[first] + x.lanes()[last]) * 0.5;
+        let between = |v: &Vec3<W>| {
+            let mean = |x: &W| (x.number(first) + x.number(last)) * 0.5;
             [mean(&v.x), mean(&v.y), mean(&v.z)]
         };
-        let from = Vec3::<f32x8>::broadcast(between(&rays.origin));
-        let dir = Vec3::<f32x8>::broadcast(between(&rays.dir));
-        let (away, turned) = (rays.origin - from, rays.dir - dir);
-        let room = away.fused_dot(away).sqrt() + turned.fused_dot(turned).sqrt() * f32x8::splat(size);
-        let room = highest(Mask::from_bits(lanes).select(room, f32x8::zero()));
+        let (from, dir) = (between(&rays.origin), between(&rays.dir));
+        let (away, turned) = (rays.origin - Vec3::broadcast(from), rays.dir - Vec3::broadcast(dir));
+        let room = away.fused_dot(away).sqrt() + turned.fused_dot(turned).sqrt() * W::each(size);
+        let room = Flags::from_bits(lanes).select(room, W::default()).highest();
         // NaN of rays that go opposite ways: they meet everything.
+        let dir = Vec3::<f32x8>::broadcast(dir);
         let dir = dir * (f32x8::lit(1.0) / dir.fused_dot(dir).sqrt());
         Self {
-            from,
+            from: Vec3::broadcast(from),
             dir,
             room: f32x8::splat(room) * f32x8::lit(1.0 + ROOM),
             slack: f32x8::splat(size) * f32x8::splat(size) * f32x8::lit(SQUARE_ROOM),
@@ -156,6 +157,7 @@ impl Beam {
 mod tests {
     use super::*;
     use crate::kernel::OwnSpace;
+    use crate::lane::f32x16;
     use crate::random::Random;
 
     /// A body, the bounds it is given with, and whether a place is inside.
@@ -189,21 +191,32 @@ mod tests {
 
     #[test]
     fn what_some_ray_meets_is_met() {
-        let random = &mut Random::new(1);
+        check::<f32x8>([0xff, 0x01, 0xa6]);
+        check::<f32x16>([0xffff, 0x8000, 0x0a61]);
+    }
+
+    /// Of rays that differ little or much, those of some `lanes`.
+    fn check<W: Singles>(lanes: [u16; 3]) {
+        let (random, count) = (&mut Random::new(1), LANES * W::EIGHTS);
         let (middle, size) = (DVec3::splat(3.0), 1.5);
         let (mut met, mut told) = (0, 0);
         for round in 0..300 {
             let spread = [1e-3, 0.05, 1.0][round % 3];
             let (from, toward) = (random.vector(1.0), random.vector(1.0).normalize());
-            let rays: Vec<(DVec3, DVec3)> = (0..LANES)
+            let rays: Vec<(DVec3, DVec3)> = (0..count)
                 .map(|_| {
                     let dir = (toward + random.vector(1.0) * spread).normalize();
                     let place = from * 0.8 + random.vector(1.0) * spread * 0.2;
                     (place - dir * place.dot(dir), dir)
                 })
                 .collect();
-            let lanes = [0xffu8, 0x01, 0xa6][round / 3 % 3];
-            let lines = Rays { origin: Vec3::from_fn(|k| rays[k].0), dir: Vec3::from_fn(|k| rays[k].1) };
+            let lanes = lanes[round / 3 % 3];
+            let vectors = |of: fn(&(DVec3, DVec3)) -> DVec3| {
+                let [x, y, z] = [0, 1, 2]
+                    .map(|axis| W::of(|k| f32x8::from_fn(|lane| of(&rays[k * LANES + lane])[axis] as f32)));
+                Vec3::new(x, y, z)
+            };
+            let lines = Rays { origin: vectors(|ray| ray.0), dir: vectors(|ray| ray.1) };
             let beam = Beam::new(&lines, lanes, size as f32);
             let bodies: Vec<_> = (0..LANES - 1).map(|kind| body(random, kind)).collect();
             let capsules: Vec<Capsule> = bodies
@@ -216,7 +229,7 @@ mod tests {
             let near = beam.meets(&Capsules::new(&capsules, middle, size));
             assert_eq!(near >> (LANES - 1), 0, "nothing is met where nothing is");
             for (k, (solid, _, inside)) in bodies.iter().enumerate() {
-                let crossed = (0..LANES).filter(|lane| lanes >> lane & 1 == 1).any(|lane| {
+                let crossed = (0..count).filter(|lane| lanes >> lane & 1 == 1).any(|lane| {
                     let (o, d) = rays[lane];
                     (-300..=300).any(|s| inside(o + d * (f64::from(s) / 200.0)))
                 });

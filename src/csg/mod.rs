@@ -32,6 +32,7 @@ pub use bracket::Body;
 pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
 pub use long::LongList;
+pub use nearest::Asker;
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
 pub use plan::{Plan, Rules};
 pub use scratch::{PartRoots, Scratch};

@@ -4,6 +4,7 @@ use super::along::{Along, Place, TIE};
 use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
+use super::question::of_packet;
 use super::scratch::{PartRoots, Scratch};
 use super::{Composite, CsgTree, Plan, slice};
 use crate::kernel::Rays;
@@ -12,43 +13,91 @@ use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 /// So many parts before it is asked, a part is fetched.
 const AHEAD: usize = 4;
 
+/// Eight rays that ask for surfaces of a composite.
+#[derive(Debug)]
+pub struct Asker<'a, Q> {
+    /// The rays.
+    pub rays: &'a Rays<f64x8>,
+    /// What its parts do along them.
+    pub source: Q,
+    /// Those that ask.
+    pub lanes: u8,
+    /// They look beyond this,
+    pub t_min: f64x8,
+    /// and up to here.
+    pub t_max: f64x8,
+    /// Lanes that hold a ray, whether it asks or not.
+    pub all: u8,
+}
+
 impl CsgTree {
-    /// Puts the nearest surface of `composite` beyond `t_min` into `best`, in the lanes of `lanes` where it is nearer
-    /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed once. `stretch` is
-    /// that of the rays `all`, once one has asked; the rays are of `classes`.
+    /// Puts the nearest surface of `composite` beyond an asker's `t_min` into its `best`, in the lanes of `lanes` where it is nearer
+    /// than what stands there, which is their `t_max`; returns the lanes that changed. With `any`, a lane is done when it has changed
+    /// once. `stretch` is that of the asker's rays, once it has been asked for; the rays are of `classes`.
     #[inline(always)]
     pub fn nearest(
         &self,
         composite: &Composite,
-        (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8),
-        (lanes, t_min, any, classes): (u8, f64x8, bool, u8),
-        source: &impl PartRoots,
+        (asker, stretch): (&mut Asker<impl PartRoots>, &mut Option<Stretch>),
+        (any, classes): (bool, u8),
         scratch: &mut Scratch,
         best: &mut Best,
     ) -> u8 {
-        let lanes = lanes & asked(composite, (rays, stretch, all));
+        asker.lanes &= asked(composite, asker, stretch);
+        let (looking, sketch) = ((std::slice::from_ref(&*asker), any), &mut scratch.sketch);
+        let best_of_all = std::slice::from_mut(best);
         let decided = match &composite.plan {
-            Some(Plan::Few(plan)) => {
-                self.decide((composite, plan), rays, (lanes, t_min, any), source, scratch, best)
-            }
-            Some(Plan::Many(plan)) => {
-                self.decide_many((composite, plan), rays, (lanes, t_min, any), source, scratch, best)
-            }
-            None => Decided { changed: 0, doubt: lanes },
+            Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best_of_all),
+            Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best_of_all),
+            None => Decided { changed: 0, doubt: asker.lanes.into() },
         };
-        if decided.doubt == 0 {
-            return decided.changed;
+        self.rest(composite, (asker, stretch), (decided, 0), (any, classes), scratch, best)
+    }
+
+    /// [`CsgTree::nearest`] of two packets at once: most of it takes as long as that of one.
+    #[inline(always)]
+    pub fn nearest_of_two(
+        &self,
+        composite: &Composite,
+        (askers, stretches): (&mut [Asker<impl PartRoots>; 2], [&mut Option<Stretch>; 2]),
+        (any, classes): (bool, u8),
+        scratch: &mut Scratch,
+        best: &mut [Best; 2],
+    ) -> [u8; 2] {
+        let [first, second] = stretches;
+        askers[0].lanes &= asked(composite, &askers[0], first);
+        askers[1].lanes &= asked(composite, &askers[1], second);
+        let (looking, sketch) = ((&askers[..], any), &mut scratch.sketch_of_two);
+        let decided = match &composite.plan {
+            Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best),
+            Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best),
+            None => Decided { changed: 0, doubt: u16::from_le_bytes([askers[0].lanes, askers[1].lanes]) },
+        };
+        let [a, b] = best;
+        [
+            self.rest(composite, (&askers[0], first), (decided, 0), (any, classes), scratch, a),
+            self.rest(composite, (&askers[1], second), (decided, 1), (any, classes), scratch, b),
+        ]
+    }
+
+    /// Goes the way of all crossings for the lanes of packet `k` of which nothing is known: the lanes that have changed.
+    #[inline(always)]
+    fn rest(
+        &self,
+        composite: &Composite,
+        (asker, stretch): (&Asker<impl PartRoots>, &mut Option<Stretch>),
+        (decided, k): (Decided, usize),
+        (any, classes): (bool, u8),
+        scratch: &mut Scratch,
+        best: &mut Best,
+    ) -> u8 {
+        let (changed, doubt) = (of_packet(decided.changed, k), of_packet(decided.doubt, k));
+        if doubt == 0 {
+            return changed;
         }
-        let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
-        decided.changed
-            | self.walk(
-                composite,
-                (rays, stretch),
-                (decided.doubt, t_min, any, classes),
-                source,
-                scratch,
-                best,
-            )
+        let Asker { rays, source, t_min, all, .. } = asker;
+        let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, *all));
+        changed | self.walk(composite, (rays, stretch), (doubt, *t_min, any, classes), source, scratch, best)
     }
 
     /// The same by all crossings in double precision.
@@ -115,8 +164,7 @@ impl CsgTree {
         changed
     }
 
-    /// Hands on all surfaces of `composite` beyond `t_min` and before `t_max` in the lanes of `lanes`, in no order: parts, distances
-    /// and the lanes they hold for. Otherwise as [`CsgTree::nearest`].
+    /// Hands on all surfaces of `composite` where the asker looks, in no order: parts, distances and the lanes they hold for. Otherwise as [`CsgTree::nearest`].
     ///
     /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
     /// them would go the way of all crossings.
@@ -124,26 +172,22 @@ impl CsgTree {
     pub fn surfaces(
         &self,
         composite: &Composite,
-        (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8),
-        (lanes, [t_min, t_max], classes): (u8, [f64x8; 2], u8),
-        source: &impl PartRoots,
+        (asker, stretch): (&mut Asker<impl PartRoots>, &mut Option<Stretch>),
+        classes: u8,
         scratch: &mut Scratch,
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
-        let lanes = lanes & asked(composite, (rays, stretch, all));
-        let limits = [t_min, t_max];
+        asker.lanes &= asked(composite, asker, stretch);
+        let sketch = &mut scratch.sketch;
         let doubt = match &composite.plan {
-            Some(Plan::Few(plan)) => {
-                self.decide_all((composite, plan), rays, (lanes, limits), source, scratch, &mut found)
-            }
-            Some(Plan::Many(plan)) => {
-                self.decide_all((composite, plan), rays, (lanes, limits), source, scratch, &mut found)
-            }
-            None => lanes,
+            Some(Plan::Few(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),
+            Some(Plan::Many(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),
+            None => asker.lanes,
         };
         if doubt != 0 {
-            let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
-            let looking = (doubt, limits, classes);
+            let Asker { rays, source, t_min, t_max, all, .. } = asker;
+            let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, *all));
+            let looking = (doubt, [*t_min, *t_max], classes);
             self.walk_all(composite, (rays, stretch), looking, source, scratch, found);
         }
     }
@@ -255,9 +299,9 @@ impl CsgTree {
 
 /// The lanes whose rays come to where a composite is asked for at all.
 #[inline(always)]
-fn asked(composite: &Composite, (rays, stretch, all): (&Rays<f64x8>, &mut Option<Stretch>, u8)) -> u8 {
+fn asked<Q>(composite: &Composite, asker: &Asker<Q>, stretch: &mut Option<Stretch>) -> u8 {
     let Some([min, max]) = composite.asked_within else { return !0 };
-    let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, all));
+    let stretch = stretch.get_or_insert_with(|| Stretch::new(asker.rays, asker.all));
     stretch.span(min, max, &Span::up_to(f64x8::lit(f64::INFINITY))).lanes()
 }
 

@@ -23,6 +23,9 @@ pub trait PartSet:
     /// Of one part.
     fn of(part: u32) -> Self;
 
+    /// Of one part, if it is `there`.
+    fn of_if(part: u32, there: bool) -> Self;
+
     /// Of eight parts, from number `block * LANES` on, by a bit for each.
     fn of_block(block: usize, bits: u8) -> Self;
 
@@ -69,6 +72,11 @@ impl PartSet for Few {
     #[inline(always)]
     fn of(part: u32) -> Self {
         1 << part
+    }
+
+    #[inline(always)]
+    fn of_if(part: u32, there: bool) -> Self {
+        Self::from(there) << part
     }
 
     #[inline(always)]
@@ -148,6 +156,11 @@ impl PartSet for Many {
     fn of(part: u32) -> Self {
         let (word, bit) = (part as usize / Few::ROOM, part % Few::BITS);
         Self(std::array::from_fn(|k| u64::from(k == word) << bit))
+    }
+
+    #[inline(always)]
+    fn of_if(part: u32, there: bool) -> Self {
+        if there { Self::of(part) } else { Self::default() }
     }
 
     #[inline(always)]

@@ -1,183 +1,210 @@
-//! What is asked of a composite in single precision: where its parts lie along eight rays, and which of their crossings are surfaces.
+//! What is asked of a composite in single precision, for a packet of rays or two at once: where its parts lie along them, and which of
+//! their crossings are surfaces.
 //!
 //! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
 //! ([`super::plan::Clause`]).
 
-use super::bracket::{Bracket, least, most};
+use super::bracket::{Body, Bracket, least, most};
 use super::capsule::Beam;
+use super::nearest::Asker;
 use super::parts::PartSet;
 use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Sketch};
 use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::{Looking, Rays};
-use crate::lane::{Lane, Mask, Vec3, f32x8, f64x8};
+use crate::lane::{Flags, Lane, Singles, Vec3, f32x8, f64x8};
+use glam::DVec3;
 
-/// Eight rays from their points nearest to the middle of a composite.
-pub(super) struct FootRays {
-    rays: Rays<f32x8>,
-    /// How far those points are from the starts.
-    shift: f64x8,
-    /// What crossings may be off by.
-    pad: f32x8,
+/// Bits of lanes, packet by packet.
+#[inline(always)]
+pub(super) fn by_packets<W: Singles>(bits: impl Fn(usize) -> u8) -> u16 {
+    let high = if W::EIGHTS == 2 { bits(1) } else { 0 };
+    u16::from_le_bytes([bits(0), high])
 }
 
-impl FootRays {
+/// The bits of packet `k`.
+#[inline(always)]
+pub(super) fn of_packet(bits: u16, k: usize) -> u8 {
+    bits.to_le_bytes()[k & 1]
+}
+
+/// Rays from their points nearest to the middle of a composite.
+pub(super) struct FootRays<W> {
+    rays: Rays<W>,
+    /// By packet, how far those points are from the starts.
+    shift: [f64x8; 2],
+}
+
+impl<W: Singles> FootRays<W> {
     #[inline(always)]
-    pub(super) fn new<P>(plan: &Decision<P>, rays: &Rays<f64x8>) -> Self {
-        let from = rays.origin - Vec3::splat(plan.middle);
-        let shift = -from.fused_dot(rays.dir);
-        let foot = rays.dir.fused(shift, from).cast::<f32x8>();
-        let pad = f32x8::splat(plan.pad);
-        Self { rays: Rays { origin: foot, dir: rays.dir.cast() }, shift, pad }
+    pub(super) fn new<P, Q>(plan: &Decision<P>, askers: &[Asker<Q>]) -> Self {
+        let [a, b] = if W::EIGHTS == 2 { [&askers[0], &askers[1]] } else { [&askers[0]; 2] };
+        let ((origin, dir, shift), other) = (foot(plan.middle, a.rays), foot(plan.middle, b.rays));
+        let rays = Rays { origin: side_by_side(origin, other.0), dir: side_by_side(dir, other.1) };
+        let shift = [shift.in_register(), other.2.in_register()];
+        Self { rays, shift }
     }
+}
+
+/// Eight rays from where they are nearest to a `middle`, relative to it, and how far that is from their starts.
+#[inline(always)]
+fn foot(middle: DVec3, rays: &Rays<f64x8>) -> (Vec3<f32x8>, Vec3<f32x8>, f64x8) {
+    let from = rays.origin - Vec3::splat(middle);
+    let shift = -from.fused_dot(rays.dir);
+    (rays.dir.fused(shift, from).cast(), rays.dir.cast(), shift)
+}
+
+/// The vectors of one packet and, if there is room for it, of another.
+#[inline(always)]
+fn side_by_side<W: Singles>(a: Vec3<f32x8>, b: Vec3<f32x8>) -> Vec3<W> {
+    let both = |a: f32x8, b: f32x8| W::of(|k| if k == 0 { a } else { b }).in_one_register();
+    Vec3::new(both(a.x, b.x), both(a.y, b.y), both(a.z, b.z))
 }
 
 /// A crossing by its bracket: between two distances.
 #[derive(Clone, Copy)]
-pub(super) struct Between(pub(super) f32x8, pub(super) f32x8);
+pub(super) struct Between<W>(pub(super) W, pub(super) W);
 
-impl Between {
+impl<W: Singles> Between<W> {
     #[inline(always)]
-    pub(super) fn meets(self, from: f32x8, to: f32x8) -> Mask<f32x8> {
-        self.1.ge(from) & self.0.le(to)
+    pub(super) fn meets(self, from: W, to: W) -> Flags<W> {
+        from.up_to(self.1) & self.0.up_to(to)
     }
 }
 
-impl Bracket {
+impl<W: Singles> Bracket<W> {
     /// Where rays come in and where they go out; all along where they may miss it.
     #[inline(always)]
-    pub(super) fn ends(&self) -> [Between; 2] {
+    pub(super) fn ends(&self) -> [Between<W>; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
         [Between(a, least(b, d)), Between(most(c, a), d)]
     }
 
     /// Lanes in which a crossing is surely within, and in which it may be.
     #[inline(always)]
-    pub(super) fn holds(&self, at: Between) -> [Mask<f32x8>; 2] {
+    pub(super) fn holds(&self, at: Between<W>) -> [Flags<W>; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
-        [b.le(at.0) & at.1.le(c), at.meets(a, d)]
+        [b.up_to(at.0) & at.1.up_to(c), at.meets(a, d)]
     }
 
     /// Lanes that meet the shrunk body.
     #[inline(always)]
-    pub(super) fn is_sharp(&self) -> Mask<f32x8> {
-        self.inner[0].le(self.inner[1])
+    pub(super) fn is_sharp(&self) -> Flags<W> {
+        self.inner[0].up_to(self.inner[1])
     }
 
     /// Lanes that meet the grown body.
     #[inline(always)]
-    pub(super) fn is_met(&self) -> Mask<f32x8> {
-        self.outer[0].le(self.outer[1])
+    pub(super) fn is_met(&self) -> Flags<W> {
+        self.outer[0].up_to(self.outer[1])
     }
 }
 
-impl Sketch {
+impl<W> Sketch<W> {
     #[inline(always)]
-    pub(super) fn of(&self, part: u32) -> &Bracket {
+    pub(super) fn of(&self, part: u32) -> &Bracket<W> {
         &self.brackets[part as usize & (MOST_PARTS - 1)]
     }
 }
 
 /// What is asked of a composite, whose parts are numbered from `first` on.
-pub(super) struct Question<'a, P, Q> {
+pub(super) struct Question<'a, P, W, Q> {
     pub(super) first: u32,
     pub(super) plan: &'a Decision<P>,
     pub(super) rules: &'a Rules<P>,
-    rays: &'a Rays<f64x8>,
-    lines: &'a FootRays,
-    source: &'a Q,
+    /// As many packets as `W` holds.
+    askers: &'a [Asker<'a, Q>],
+    lines: &'a FootRays<W>,
     /// Rays start on some of its parts.
     starts: bool,
 }
 
-impl<'a, P: PartSet, Q: PartRoots> Question<'a, P, Q> {
+impl<'a, P: PartSet, W: Singles, Q: PartRoots> Question<'a, P, W, Q> {
     #[inline(always)]
     pub(super) fn new(
         tree: &'a CsgTree,
         (composite, plan): (&Composite, &'a Decision<P>),
-        (rays, lines): (&'a Rays<f64x8>, &'a FootRays),
-        source: &'a Q,
+        (askers, lines): (&'a [Asker<'a, Q>], &'a FootRays<W>),
     ) -> Self {
-        let (first, starts) = (composite.parts.start, source.starts());
-        Self { first, plan, rules: P::rules(tree), rays, lines, source, starts }
+        let (first, starts) = (composite.parts.start, askers.iter().any(|asker| asker.source.starts()));
+        Self { first, plan, rules: P::rules(tree), askers, lines, starts }
     }
 
     /// Lanes that start on a part.
     #[inline(always)]
-    pub(super) fn on(&self, part: u32) -> u8 {
-        if self.starts { self.source.on(self.first + part) } else { 0 }
+    pub(super) fn on(&self, part: u32) -> u16 {
+        if !self.starts {
+            return 0;
+        }
+        by_packets::<W>(|k| {
+            let source = &self.askers[k].source;
+            if source.starts() { source.on(self.first + part) } else { 0 }
+        })
     }
 }
 
-/// What of eight rays is still looked at, in distances from their feet.
-pub(super) struct Window {
-    pub(super) low: f32x8,
-    pub(super) high: f32x8,
+/// What of rays is still looked at, in distances from their feet.
+pub(super) struct Window<W> {
+    pub(super) low: W,
+    pub(super) high: W,
     /// Where the crossing that rays start on lies.
-    pub(super) own: Between,
+    pub(super) own: Between<W>,
     /// What is surely before the end.
-    pub(super) before_end: f32x8,
+    pub(super) before_end: W,
     /// Lanes that look.
-    pub(super) live: u8,
+    pub(super) live: u16,
     /// Lanes of which nothing can be told.
-    pub(super) doubt: u8,
+    pub(super) doubt: u16,
 }
 
-impl Window {
+impl<W: Singles> Window<W> {
     /// In the ball around all parts, between start and end.
     #[inline(always)]
-    pub(super) fn new<P>(
-        plan: &Decision<P>,
-        lines: &FootRays,
-        (lanes, t_min, t_max): (u8, f64x8, f64x8),
-    ) -> Self {
-        let FootRays { rays, shift, pad } = lines;
-        let steady = shift.abs().le(f64x8::lit(plan.farthest));
-        let start = f32x8::from_f64s(t_min - *shift);
-        let end = f32x8::from_f64s(t_max - *shift);
-        let chord = (f32x8::splat(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
-        let (low, high) = (most(start - *pad, -chord), least(end + *pad, chord));
-        let doubt = lanes & !steady.bits();
+    pub(super) fn new<P, Q>(plan: &Decision<P>, lines: &FootRays<W>, askers: &[Asker<Q>]) -> Self {
+        let (FootRays { rays, shift }, pad) = (lines, W::each(plan.pad));
+        let singles = |of: &dyn Fn(usize) -> f64x8| W::of(|k| f32x8::from_f64s(of(k)));
+        let start = singles(&|k| askers[k].t_min - shift[k]);
+        let end = singles(&|k| askers[k].t_max - shift[k]);
+        let own = singles(&|k| -shift[k] - askers[k].t_min);
+        let chord = (W::each(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
+        let (low, high) = (most(start - pad, -chord), least(end + pad, chord));
+        let steady = by_packets::<W>(|k| shift[k].abs().le(f64x8::lit(plan.farthest)).bits());
+        let lanes = by_packets::<W>(|k| askers[k].lanes);
+        let doubt = lanes & !steady;
         Self {
             low,
             high,
-            own: Between(f32x8::from_f64s(-*shift - t_min) - *pad, start + *pad),
-            before_end: end - *pad,
-            live: lanes & !doubt & low.le(high).bits(),
+            own: Between(own - pad, start + pad),
+            before_end: end - pad,
+            live: lanes & !doubt & low.up_to(high).bits(),
             doubt,
         }
     }
 
-    /// Lanes that look, and from where to where.
-    #[inline(always)]
-    fn within(&self) -> (u8, [f32x8; 2]) {
-        (self.live, [self.low, self.high])
-    }
-
     /// Looks no farther than what a part lies between: whether anything is left.
     #[inline(always)]
-    fn narrow(&mut self, [enter, leave]: [f32x8; 2]) -> bool {
+    fn narrow(&mut self, [enter, leave]: [W; 2]) -> bool {
         (self.low, self.high) = (most(self.low, enter), least(self.high, leave));
-        self.live &= self.low.le(self.high).bits();
+        self.live &= self.low.up_to(self.high).bits();
         self.live != 0
     }
 
     /// True if any ray looks at what a part lies between. (NaN comes last, and stays.)
     #[inline(always)]
-    fn shows(&self, [enter, leave]: [f32x8; 2]) -> bool {
-        most(self.low, enter).le(least(self.high, leave)).bits() & self.live != 0
+    fn shows(&self, [enter, leave]: [W; 2]) -> bool {
+        most(self.low, enter).up_to(least(self.high, leave)).bits() & self.live != 0
     }
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    fn own_ends(&self, ends: [Between; 2]) -> [u8; 2] {
+    fn own_ends(&self, ends: [Between<W>; 2]) -> [u16; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
     }
 
     /// The crossing where rays of `on` start, one of the two `ends` of a part, is none, if it is clear which that is: by end, lanes for
     /// which it is another.
     #[inline(always)]
-    pub(super) fn leave_start(&mut self, ends: [Between; 2], on: u8) -> [u8; 2] {
+    pub(super) fn leave_start(&mut self, ends: [Between<W>; 2], on: u16) -> [u16; 2] {
         let on = on & self.live;
         if on == 0 {
             return [!0; 2];
@@ -189,7 +216,7 @@ impl Window {
 
     /// Of `lanes` nothing can be told.
     #[inline(always)]
-    pub(super) fn give_up(&mut self, lanes: u8) {
+    pub(super) fn give_up(&mut self, lanes: u16) {
         self.doubt |= lanes;
         self.live &= !lanes;
     }
@@ -198,11 +225,11 @@ impl Window {
 impl CsgTree {
     /// Brackets what the rays of a window may meet: which parts that are; none if no ray looks any more.
     #[inline(always)]
-    pub(super) fn bracket_near<P: PartSet>(
+    pub(super) fn bracket_near<P: PartSet, W: Singles>(
         &self,
-        question: &Question<P, impl PartRoots>,
-        sketch: &mut Sketch,
-        window: &mut Window,
+        question: &Question<P, W, impl PartRoots>,
+        sketch: &mut Sketch<W>,
+        window: &mut Window<W>,
     ) -> Option<P> {
         sketch.crossings.clear();
         sketch.asked.clear();
@@ -212,18 +239,18 @@ impl CsgTree {
 
     /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
     #[inline(always)]
-    fn bracket_required<P: PartSet>(
+    fn bracket_required<P: PartSet, W: Singles>(
         &self,
-        question: &Question<P, impl PartRoots>,
-        sketch: &mut Sketch,
-        window: &mut Window,
+        question: &Question<P, W, impl PartRoots>,
+        sketch: &mut Sketch<W>,
+        window: &mut Window<W>,
     ) -> bool {
         let &Decision { required, asked, .. } = question.plan;
         // What takes longest is left what the rest leaves.
         for these in [required & !asked, required & asked] {
             for part in these.each() {
-                let within = window.within();
-                if !self.bracket(part, question, (sketch, within), |between| window.narrow(between)) {
+                self.bracket(part, question, sketch, window);
+                if !window.narrow(sketch.of(part).outer) {
                     return false;
                 }
                 let on = question.on(part) & window.live;
@@ -242,11 +269,11 @@ impl CsgTree {
 
     /// Brackets the other parts that rays may meet, and says which these are.
     #[inline(always)]
-    fn bracket_others<P: PartSet>(
+    fn bracket_others<P: PartSet, W: Singles>(
         &self,
-        question: &Question<P, impl PartRoots>,
-        sketch: &mut Sketch,
-        window: &Window,
+        question: &Question<P, W, impl PartRoots>,
+        sketch: &mut Sketch<W>,
+        window: &Window<W>,
     ) -> P {
         let &Question { plan, rules, lines, .. } = question;
         let mut waiting = plan.others;
@@ -261,17 +288,16 @@ impl CsgTree {
                     continue;
                 }
                 if let Some([x, y, z, square]) = rule.ball {
-                    let toward = Vec3::<f32x8>::broadcast([x, y, z]) - lines.rays.origin;
+                    let toward = Vec3::<W>::broadcast([x, y, z]) - lines.rays.origin;
                     let ahead = toward.fused_dot(lines.rays.dir);
                     let across = toward.fused_dot(toward) - ahead * ahead;
-                    if across.le(f32x8::splat(square)).bits() & window.live == 0 {
+                    if across.up_to(W::each(square)).bits() & window.live == 0 {
                         continue;
                     }
                 }
-                let within = window.within();
-                if self.bracket(part, question, (sketch, within), |between| window.shows(between)) {
-                    near = near | P::of(part);
-                }
+                // (No branch on whether it is met, which is so as often as not, and told late.)
+                self.bracket(part, question, sketch, window);
+                near = near | P::of_if(part, window.shows(sketch.of(part).outer));
             }
         }
         near
@@ -279,52 +305,74 @@ impl CsgTree {
 
     /// The parts that the rays of `live` may meet, and some that are none.
     #[inline(always)]
-    fn passed_close<P: PartSet>(&self, plan: &Decision<P>, lines: &FootRays, live: u8) -> P {
+    fn passed_close<P: PartSet, W: Singles>(&self, plan: &Decision<P>, lines: &FootRays<W>, live: u16) -> P {
         let beam = Beam::new(&lines.rays, live, plan.size);
         let blocks = slice(&self.capsules, &plan.capsules);
         let met = |(block, capsules)| P::of_block(block, beam.meets(capsules));
         blocks.iter().enumerate().map(met).fold(P::default(), |near, these| near | these)
     }
 
-    /// Brackets a part as far as rays look, if after a look at the grown body `go_on` says so.
+    /// Brackets a part as far as rays look.
     #[inline(always)]
-    fn bracket<P: PartSet>(
+    fn bracket<P: PartSet, W: Singles>(
         &self,
         part: u32,
-        question: &Question<P, impl PartRoots>,
-        (sketch, (live, ends)): (&mut Sketch, (u8, [f32x8; 2])),
-        go_on: impl FnOnce([f32x8; 2]) -> bool,
-    ) -> bool {
-        let &Question { first, plan, rules, rays, lines, source, .. } = question;
+        question: &Question<P, W, impl PartRoots>,
+        sketch: &mut Sketch<W>,
+        window: &Window<W>,
+    ) {
+        let &Question { plan, rules, lines, .. } = question;
+        let (body, place) = (&rules.of(plan, part).body, part as usize & (MOST_PARTS - 1));
+        if !body.bracket(&lines.rays, &mut sketch.brackets[place]) {
+            let (live, ends) = (window.live, [window.low, window.high]);
+            self.ask(part, question, sketch, (live, ends, matches!(body, Body::AskedWhole)));
+        }
+    }
+
+    /// The same by its crossings, perhaps with all else that is to be known of a part that may be `endless`.
+    #[inline(never)]
+    fn ask<P: PartSet, W: Singles>(
+        &self,
+        part: u32,
+        question: &Question<P, W, impl PartRoots>,
+        sketch: &mut Sketch<W>,
+        (live, ends, endless): (u16, [W; 2], bool),
+    ) {
+        let &Question { first, plan, askers, lines, .. } = question;
         let Sketch { crossings, asked, brackets, .. } = sketch;
-        let ask = |whole: bool| {
-            let (number, start) = (first + part, crossings.len());
-            let bracket = if whole {
-                let [from, to] = ends.map(|end| end.to_f64s() + lines.shift);
-                let looking = Looking { from, to, lanes: live, any: false };
+        let number = first + part;
+        let mut packets = [Bracket::missed(); 2];
+        for (k, packet) in packets.iter_mut().enumerate().take(W::EIGHTS) {
+            let lanes = of_packet(live, k);
+            if lanes == 0 {
+                continue;
+            }
+            let (Asker { rays, source, .. }, shift) = (&askers[k], lines.shift[k]);
+            let (pad, start) = (f32x8::splat(plan.pad), crossings.len());
+            *packet = if endless {
+                let [from, to] = ends.map(|end| end.eight(k).to_f64s() + shift);
+                let looking = Looking { from, to, lanes, any: false };
                 let from_inside = source.between(number, rays, &looking, crossings);
-                Bracket::of_endless(&crossings[start..], from_inside, lines.shift, lines.pad)
+                Bracket::of_endless(&crossings[start..], from_inside, shift, pad)
             } else {
                 source.crossings(number, rays, crossings);
-                Bracket::of_crossings(&crossings[start..], lines.shift, lines.pad)
+                Bracket::of_crossings(&crossings[start..], shift, pad)
             };
-            asked.push((number, start..crossings.len()));
-            bracket
-        };
-        let place = &mut brackets[part as usize & (MOST_PARTS - 1)];
-        rules.of(plan, part).body.bracket(&lines.rays, place, ask, go_on)
+            asked.push(((k, number), start..crossings.len()));
+        }
+        brackets[part as usize & (MOST_PARTS - 1)] = Bracket::of_packets(packets);
     }
 
     /// Lanes in which a crossing is surely a surface, and in which it may be.
     #[inline(always)]
-    pub(super) fn is_surface<P: PartSet>(
+    pub(super) fn is_surface<P: PartSet, W: Singles>(
         &self,
-        question: &Question<P, impl PartRoots>,
+        question: &Question<P, W, impl PartRoots>,
         rule: &Rule<P>,
-        (sketch, near): (&Sketch, P),
-        at: Between,
-        wanted: Mask<f32x8>,
-    ) -> (Mask<f32x8>, Mask<f32x8>) {
+        (sketch, near): (&Sketch<W>, P),
+        at: Between<W>,
+        wanted: Flags<W>,
+    ) -> (Flags<W>, Flags<W>) {
         let (mut sure, mut maybe) = (wanted, wanted);
         for part in (rule.all.without & near).each() {
             let [surely, perhaps] = sketch.of(part).holds(at);
@@ -341,7 +389,7 @@ impl CsgTree {
             if !clause.without.is_within(near) {
                 continue;
             }
-            let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
+            let (mut surely, mut perhaps) = (Flags::none_set(), Flags::none_set());
             for part in (clause.within & near).each() {
                 let [within, touching] = sketch.of(part).holds(at);
                 (surely, perhaps) = (surely | within, perhaps | touching);
@@ -364,14 +412,14 @@ impl CsgTree {
     }
 
     /// Lanes in which a crossing is surely within a node, and in which it may be.
-    fn holds<P: PartSet>(
+    fn holds<P: PartSet, W: Singles>(
         &self,
         number: u32,
         first: u32,
-        (sketch, near): (&Sketch, P),
-        at: Between,
-    ) -> [Mask<f32x8>; 2] {
-        let (none, all) = (Mask::none_set(), Mask::all_set());
+        (sketch, near): (&Sketch<W>, P),
+        at: Between<W>,
+    ) -> [Flags<W>; 2] {
+        let (none, all) = (Flags::none_set(), Flags::all_set());
         if !P::of_many(self.below[number as usize]).meets(near) {
             return match self.outside[number as usize] {
                 Side::Inside => [all, all],
@@ -409,28 +457,31 @@ impl CsgTree {
         if node.inverted { [!perhaps, !surely] } else { [surely, perhaps] }
     }
 
-    /// A part's crossing that is bracketed, in double precision; NaN where there is none.
+    /// A part's crossing that is bracketed, for packet `k` in double precision; NaN where there is none.
     #[inline(always)]
-    pub(super) fn crossing<P>(
+    pub(super) fn crossing<P, W: Singles>(
         &self,
-        number: u32,
-        question: &Question<P, impl PartRoots>,
-        at: Between,
-        sketch: &mut Sketch,
+        (k, number): (usize, u32),
+        question: &Question<P, W, impl PartRoots>,
+        at: Between<W>,
+        sketch: &mut Sketch<W>,
     ) -> f64x8 {
-        let &Question { rays, lines, source, .. } = question;
+        let &Question { askers, lines, plan, .. } = question;
+        let (Asker { rays, source, .. }, shift) = (&askers[k], lines.shift[k]);
         let Sketch { crossings, asked, .. } = sketch;
-        let known = asked.iter().find(|(other, _)| *other == number).map(|(_, range)| range.clone());
+        let known = asked.iter().find(|(other, _)| *other == (k, number)).map(|(_, range)| range.clone());
         let range = known.unwrap_or_else(|| {
             let start = crossings.len();
             source.crossings(number, rays, crossings);
-            asked.push((number, start..crossings.len()));
+            asked.push(((k, number), start..crossings.len()));
             start..crossings.len()
         });
+        let pad = f32x8::splat(plan.pad);
+        let (low, high) = (at.0.eight(k) - pad, at.1.eight(k) + pad);
         let mut t = f64x8::lit(f64::NAN);
         for &crossing in &crossings[range] {
-            let here = f32x8::from_f64s(crossing - lines.shift);
-            let between = here.ge(at.0 - lines.pad) & here.le(at.1 + lines.pad);
+            let here = f32x8::from_f64s(crossing - shift);
+            let between = Lane::ge(here, low) & Lane::le(here, high);
             t = between.cast().select(crossing, t);
         }
         t

@@ -4,7 +4,7 @@ use super::bracket::Bracket;
 use super::cull::{NOT_NEAR, Near};
 use super::plan::MOST_PARTS;
 use crate::kernel::{Looking, Rays};
-use crate::lane::f64x8;
+use crate::lane::{Singles, f32x8, f32x16, f64x8};
 use std::ops::Range;
 
 /// What parts do along eight rays.
@@ -39,8 +39,10 @@ pub struct Scratch {
     pub(super) order: Vec<(f32, u32)>,
     /// What is left of long lists of nodes.
     pub(super) within_reach: WithinReach,
-    /// What is known of parts in single precision.
-    pub(super) sketch: Sketch,
+    /// What is known of parts in single precision, along the rays of one packet
+    pub(super) sketch: Sketch<f32x8>,
+    /// and of two.
+    pub(super) sketch_of_two: Sketch<f32x16>,
 }
 
 impl Scratch {
@@ -68,20 +70,20 @@ impl WithinReach {
     }
 }
 
-/// Brackets of a composite's parts along eight rays; kept between calls so that nothing is allocated.
+/// Brackets of a composite's parts along rays; kept between calls so that nothing is allocated.
 #[derive(Debug)]
-pub(super) struct Sketch {
+pub(super) struct Sketch<W> {
     /// By part.
-    pub(super) brackets: Box<[Bracket; MOST_PARTS]>,
+    pub(super) brackets: Box<[Bracket<W>; MOST_PARTS]>,
     /// Crossings of parts that had to be asked,
     pub(super) crossings: Vec<f64x8>,
-    /// and whose they are.
-    pub(super) asked: Vec<(u32, Range<usize>)>,
+    /// and whose they are, along which packet's rays.
+    pub(super) asked: Vec<((usize, u32), Range<usize>)>,
     /// What are surfaces, if all are asked for: parts, distances and lanes.
     pub(super) surfaces: Vec<(u32, f64x8, u8)>,
 }
 
-impl Default for Sketch {
+impl<W: Singles> Default for Sketch<W> {
     fn default() -> Self {
         let brackets = Box::new([Bracket::default(); MOST_PARTS]);
         Self { brackets, crossings: Vec::new(), asked: Vec::new(), surfaces: Vec::new() }

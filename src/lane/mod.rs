@@ -10,12 +10,14 @@ mod four;
 mod many;
 mod mask;
 mod quad;
+mod singles;
 mod vec3;
 
 pub use many::{Many, sixteen_bits};
 pub use mask::Mask;
 pub use quad::{QUAD, Quad, columns, rows};
-pub use vec3::Vec3;
+pub use singles::{Flags, Singles};
+pub use vec3::{Component, Vec3};
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};

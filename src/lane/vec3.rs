@@ -1,12 +1,23 @@
 //! Eight vectors at a time.
 
-use super::{Lane, Mask, Scalar};
+use super::{Lane, Many, Mask, Scalar};
 use glam::DVec3;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// No direction component counts as smaller than this before a slab test, so that none meets `0 * inf`. It bends a ray
 /// by less than 2^-59 of its length, far below what boxes are widened by in either precision.
 const LEAST_DIRECTION: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// What vectors can have as components: numbers of eight lanes, or of several times eight.
+pub trait Component:
+    Many + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+}
+
+impl<M> Component for M where
+    M: Many + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+}
 
 /// Eight vectors (or colours), one a lane.
 #[derive(Debug, Clone, Copy, Default)]
@@ -19,26 +30,78 @@ pub struct Vec3<L> {
     pub z: L,
 }
 
-impl<L: Lane> Vec3<L> {
+impl<C: Component> Vec3<C> {
     /// From three columns.
     #[inline(always)]
-    pub fn new(x: L, y: L, z: L) -> Self {
+    pub fn new(x: C, y: C, z: C) -> Self {
         Self { x, y, z }
     }
 
     /// The same vector in every lane, rounded to the lane's precision.
     #[inline(always)]
     pub fn splat(v: DVec3) -> Self {
-        Self::new(L::lit(v.x), L::lit(v.y), L::lit(v.z))
+        Self::new(C::constant(v.x), C::constant(v.y), C::constant(v.z))
     }
 
     /// The same vector in every lane.
     #[inline(always)]
-    pub fn broadcast(v: [L::Scalar; 3]) -> Self {
-        let [x, y, z] = v.map(L::splat);
+    pub fn broadcast(v: [<C::Eight as Lane>::Scalar; 3]) -> Self {
+        let [x, y, z] = v.map(C::each);
         Self::new(x, y, z)
     }
 
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> C {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// Scalar product by [`Lane::fused`]: for tests that are padded, never for what is seen.
+    #[inline(always)]
+    pub fn fused_dot(self, other: Self) -> C {
+        self.x.times_plus(other.x, self.y.times_plus(other.y, self.z * other.z))
+    }
+
+    /// `self * s + other` by [`Lane::fused`].
+    #[inline(always)]
+    pub fn fused(self, s: C, other: Self) -> Self {
+        Self::new(self.x.times_plus(s, other.x), self.y.times_plus(s, other.y), self.z.times_plus(s, other.z))
+    }
+
+    /// A matrix, given by its rows, times the vector, by [`Vec3::fused_dot`].
+    #[inline(always)]
+    pub fn fused_under(self, rows: &[Self; 3]) -> Self {
+        Self::new(rows[0].fused_dot(self), rows[1].fused_dot(self), rows[2].fused_dot(self))
+    }
+
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    /// Component by component.
+    #[allow(
+        clippy::should_implement_trait,
+        reason = "`*` scales by a number; two products under one sign mislead"
+    )]
+    #[inline(always)]
+    pub fn mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+
+    /// Each component through `f`.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(C) -> C) -> Self {
+        Self::new(f(self.x), f(self.y), f(self.z))
+    }
+}
+
+impl<L: Lane> Vec3<L> {
     /// The same number in every component of every lane.
     #[inline(always)]
     pub fn lit(x: f64) -> Self {
@@ -80,40 +143,6 @@ impl<L: Lane> Vec3<L> {
         self.map(|d| L::lit(1.0) / least.max(d.abs()).copysign(d))
     }
 
-    /// Scalar product.
-    #[inline(always)]
-    pub fn dot(self, other: Self) -> L {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    /// Scalar product by [`Lane::fused`]: for tests that are padded, never for what is seen.
-    #[inline(always)]
-    pub fn fused_dot(self, other: Self) -> L {
-        self.x.fused(other.x, self.y.fused(other.y, self.z * other.z))
-    }
-
-    /// `self * s + other` by [`Lane::fused`].
-    #[inline(always)]
-    pub fn fused(self, s: L, other: Self) -> Self {
-        Self::new(self.x.fused(s, other.x), self.y.fused(s, other.y), self.z.fused(s, other.z))
-    }
-
-    /// A matrix, given by its rows, times the vector, by [`Vec3::fused_dot`].
-    #[inline(always)]
-    pub fn fused_under(self, rows: &[Self; 3]) -> Self {
-        Self::new(rows[0].fused_dot(self), rows[1].fused_dot(self), rows[2].fused_dot(self))
-    }
-
-    /// Vector product.
-    #[inline(always)]
-    pub fn cross(self, other: Self) -> Self {
-        Self::new(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
-        )
-    }
-
     /// Length.
     #[inline(always)]
     pub fn length(self) -> L {
@@ -124,22 +153,6 @@ impl<L: Lane> Vec3<L> {
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self * (L::lit(1.0) / self.length())
-    }
-
-    /// Component by component.
-    #[allow(
-        clippy::should_implement_trait,
-        reason = "`*` scales by a number; two products under one sign mislead"
-    )]
-    #[inline(always)]
-    pub fn mul(self, other: Self) -> Self {
-        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
-    }
-
-    /// Each component through `f`.
-    #[inline(always)]
-    pub fn map(self, f: impl Fn(L) -> L) -> Self {
-        Self::new(f(self.x), f(self.y), f(self.z))
     }
 
     /// Largest component.
@@ -161,7 +174,7 @@ impl<L: Lane> Vec3<L> {
     }
 }
 
-impl<L: Lane> Add for Vec3<L> {
+impl<C: Component> Add for Vec3<C> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
@@ -169,14 +182,14 @@ impl<L: Lane> Add for Vec3<L> {
     }
 }
 
-impl<L: Lane> AddAssign for Vec3<L> {
+impl<C: Component> AddAssign for Vec3<C> {
     #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl<L: Lane> Sub for Vec3<L> {
+impl<C: Component> Sub for Vec3<C> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
@@ -184,15 +197,15 @@ impl<L: Lane> Sub for Vec3<L> {
     }
 }
 
-impl<L: Lane> Mul<L> for Vec3<L> {
+impl<C: Component> Mul<C> for Vec3<C> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, s: L) -> Self {
+    fn mul(self, s: C) -> Self {
         Self::new(self.x * s, self.y * s, self.z * s)
     }
 }
 
-impl<L: Lane> Neg for Vec3<L> {
+impl<C: Component> Neg for Vec3<C> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {

@@ -4,7 +4,7 @@ use super::query::Query;
 use super::rows::Prefetch;
 use crate::bvh::Run;
 use crate::compile::{Geometry, SurfaceId, WithBlock};
-use crate::csg::{Best, Composite, Part, PartRoots, Scratch, Stretch};
+use crate::csg::{Asker, Best, Composite, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Looking, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
@@ -28,6 +28,29 @@ pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     changed
 }
 
+/// The same for two packets at once.
+#[inline(always)]
+pub fn composites_of_two<S: Scalar, B: Scalar, const ANY: bool>(
+    scene: &Geometry<S, B>,
+    run: &Run,
+    queries: [&mut Query<S::Lane>; 2],
+    (lanes, filter): ([u8; 2], u8),
+    (scratch, stretches): (&mut Scratch, [&mut Option<Stretch>; 2]),
+) -> [u8; 2] {
+    let ([query, other], [stretch, other_stretch]) = (queries, stretches);
+    let mut changed = [0; 2];
+    for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
+        let waiting = [0, 1].map(|k| if ANY { lanes[k] & !changed[k] } else { lanes[k] });
+        let (queries, stretches) = ([&mut *query, &mut *other], [&mut *stretch, &mut *other_stretch]);
+        let now = two::<S, B, ANY>(scene, composite, queries, (waiting, filter), (scratch, stretches));
+        changed = [0, 1].map(|k| changed[k] | now[k]);
+        if ANY && changed == lanes {
+            break;
+        }
+    }
+    changed
+}
+
 /// Tests a composite. (A function by itself, as a loop around it would prepare for more than the one composite that most runs
 /// have.)
 #[inline(never)]
@@ -38,26 +61,80 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     (lanes, filter): (u8, u8),
     (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
 ) -> u8 {
-    // Constructive geometry is done in double precision in every mode.
     let mut room = None;
-    let rays = query.rays.in_double(&mut room);
-    let t_min = query.t_min.to_f64s().in_register();
-    let mut best = Best {
+    let mut best = best(scene, query);
+    let mut asker = asker(scene, composite, query, (lanes, &mut room));
+    let changed = scene.csg.nearest(composite, (&mut asker, stretch), (ANY, filter), scratch, &mut best);
+    let Best { t, surface, .. } = best;
+    take::<S::Lane, ANY>(query, changed, (t, surface));
+    changed
+}
+
+/// Tests a composite for two packets.
+#[inline(never)]
+fn two<S: Scalar, B: Scalar, const ANY: bool>(
+    scene: &Geometry<S, B>,
+    composite: &Composite,
+    [query, other]: [&mut Query<S::Lane>; 2],
+    ([lanes, other_lanes], filter): ([u8; 2], u8),
+    (scratch, stretches): (&mut Scratch, [&mut Option<Stretch>; 2]),
+) -> [u8; 2] {
+    let (mut room, mut other_room) = (None, None);
+    let mut both = [best(scene, query), best(scene, other)];
+    let mut askers = [
+        asker(scene, composite, query, (lanes, &mut room)),
+        asker(scene, composite, other, (other_lanes, &mut other_room)),
+    ];
+    let changed =
+        scene.csg.nearest_of_two(composite, (&mut askers, stretches), (ANY, filter), scratch, &mut both);
+    let [found, other_found] = both.map(|Best { t, surface, .. }| (t, surface));
+    take::<S::Lane, ANY>(query, changed[0], found);
+    take::<S::Lane, ANY>(other, changed[1], other_found);
+    changed
+}
+
+/// What is known of a packet's rays so far.
+#[inline(always)]
+fn best<'a, S: Scalar, B: Scalar>(scene: &'a Geometry<S, B>, query: &Query<S::Lane>) -> Best<'a> {
+    Best {
         t: query.t.to_f64s().in_register(),
         surface: query.surface,
         first_part: scene.first_part,
         ranks: &scene.ranks,
-    };
-    let source = Parts::of(scene, composite, query);
-    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, t_min, ANY, filter));
-    let changed = scene.csg.nearest(composite, rays, looking, &source, scratch, &mut best);
+    }
+}
+
+/// A packet of which `lanes` ask. (Constructive geometry is done in double precision in every mode.)
+#[inline(always)]
+fn asker<'a, S: Scalar, B: Scalar>(
+    scene: &'a Geometry<S, B>,
+    composite: &Composite,
+    query: &'a Query<S::Lane>,
+    (lanes, room): (u8, &'a mut Option<Rays<f64x8>>),
+) -> Asker<'a, Parts<'a, S, B>> {
+    Asker {
+        rays: query.rays.in_double(room),
+        source: Parts::of(scene, composite, query),
+        lanes,
+        t_min: query.t_min.to_f64s().in_register(),
+        t_max: query.t.to_f64s().in_register(),
+        all: query.lanes,
+    }
+}
+
+/// Lanes that have `changed` have found something.
+#[inline(always)]
+fn take<L: Lane, const ANY: bool>(
+    query: &mut Query<L>,
+    changed: u8,
+    (t, surface): (f64x8, [SurfaceId; LANES]),
+) {
     if changed != 0 {
-        query.surface = best.surface;
+        query.surface = surface;
         if !ANY {
-            query.t = Mask::from_bits(changed).select(S::Lane::from_f64s(best.t), query.t);
+            query.t = Mask::from_bits(changed).select(L::from_f64s(t), query.t);
         }
     }
-    changed
 }
 
 /// Hands on all surfaces of a composite, with their distances, in the way of the rays `lanes` of `query`: in no order.
@@ -70,12 +147,9 @@ pub fn surfaces<S: Scalar, B: Scalar>(
     mut found: impl FnMut(SurfaceId, f64x8, u8),
 ) {
     let mut room = None;
-    let rays = query.rays.in_double(&mut room);
-    let limits = [query.t_min, query.t].map(Lane::to_f64s);
-    let source = Parts::of(scene, composite, query);
-    let (rays, looking) = ((rays, stretch, query.lanes), (lanes, limits, filter));
+    let mut asker = asker(scene, composite, query, (lanes, &mut room));
     let found = |part, t, lanes| found(scene.first_part + part, t, lanes);
-    scene.csg.surfaces(composite, rays, looking, &source, scratch, found);
+    scene.csg.surfaces(composite, (&mut asker, stretch), filter, scratch, found);
 }
 
 /// Crossings of composites' parts.

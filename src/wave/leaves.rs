@@ -1,6 +1,6 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
-use super::composite::composites;
+use super::composite::{composites, composites_of_two};
 use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
 use super::query::Query;
@@ -66,12 +66,15 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             }
             in_instances = self.instances(run, 0, &live[..packets.len().min(GROUP)]);
         }
-        let mut changed = 0;
+        let (mut changed, mut in_composites) = (0, [0; GROUP]);
+        if run.kind == COMPOSITE && !noted {
+            self.composites_by_two(run, which, packets, &mut in_composites);
+        }
         for k in each_packet(which) {
             let found = match run.kind {
                 INSTANCE => in_instances[k],
                 _ if noted => self.run(run, k, packets[k].live()),
-                _ => self.composites(run, k, packets[k].live()),
+                _ => in_composites[k],
             };
             if found != 0 {
                 packets[k].found(found, self.queries[k].t, ANY);
@@ -257,6 +260,36 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.count.leaf(run.len, lanes.count_ones());
         let buffers = (&mut self.buffers.scratch, &mut self.stretches[packet]);
         composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], (lanes, self.filter), buffers)
+    }
+
+    /// Tests a run of composites against some packets, two by two: by packet, the lanes that have found something.
+    #[inline(always)]
+    fn composites_by_two(
+        &mut self,
+        run: &Run,
+        which: Packets,
+        packets: &[Packet<B>],
+        found: &mut [u8; GROUP],
+    ) {
+        let mut which = each_packet(which);
+        while let Some(a) = which.next() {
+            let Some(b) = which.next() else {
+                found[a] = self.composites(run, a, packets[a].live());
+                return;
+            };
+            let lanes = [a, b].map(|k| packets[k].live());
+            for lanes in lanes {
+                self.count.leaf(run.len, lanes.count_ones());
+            }
+            let (Ok(queries), Ok(stretches)) =
+                (self.queries.get_disjoint_mut([a, b]), self.stretches.get_disjoint_mut([a, b]))
+            else {
+                return;
+            };
+            let buffers = (&mut self.buffers.scratch, stretches);
+            [found[a], found[b]] =
+                composites_of_two::<S, B, ANY>(self.scene, run, queries, (lanes, self.filter), buffers);
+        }
     }
 
     /// Tests a run of anything else against some packets: what changed of the last.
