@@ -215,13 +215,13 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Cones<S, TAPERED, OPEN> {
         left: Option<&Left<S::Lane>>,
     ) -> (Spans<S::Lane>, Rays<S::Lane>) {
         let shape = Shape::<_, TAPERED> { taper: S::Lane::splat(self.taper[i]) };
-        // (A frame that is handed on lies in memory: most rays are spared that.)
-        let Some(left) = left else {
-            let own = self.frames.at(i).rays(rays);
-            return (shape.spans(&own), own);
-        };
         let own = self.frames.at(i).rays(rays);
-        (shape.spans_left(&own, left, &self.frames.at(i), rays), own)
+        let spans = match left {
+            None => shape.spans(&own),
+            // (A frame that is handed on lies in memory: most rays are spared that.)
+            Some(left) => shape.spans_left(&own, left, &self.frames.at(i), rays),
+        };
+        (spans, own)
     }
 }
 
