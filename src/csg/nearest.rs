@@ -44,7 +44,8 @@ impl CsgTree {
         best: &mut Best,
     ) -> u8 {
         asker.lanes &= asked(composite, asker, stretch);
-        let (looking, sketch) = ((std::slice::from_ref(&*asker), any), &mut scratch.sketch);
+        let (looking, sketch) =
+            ((std::slice::from_ref(&*asker), any), scratch.sketch.get_or_insert_default());
         let best_of_all = std::slice::from_mut(best);
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best_of_all),
@@ -67,7 +68,7 @@ impl CsgTree {
         let [first, second] = stretches;
         askers[0].lanes &= asked(composite, &askers[0], first);
         askers[1].lanes &= asked(composite, &askers[1], second);
-        let (looking, sketch) = ((&askers[..], any), &mut scratch.sketch_of_two);
+        let (looking, sketch) = ((&askers[..], any), scratch.sketch_of_two.get_or_insert_default());
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best),
             Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best),
@@ -178,7 +179,7 @@ impl CsgTree {
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
         asker.lanes &= asked(composite, asker, stretch);
-        let sketch = &mut scratch.sketch;
+        let sketch = scratch.sketch.get_or_insert_default();
         let doubt = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),
             Some(Plan::Many(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),

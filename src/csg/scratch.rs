@@ -40,9 +40,9 @@ pub struct Scratch {
     /// What is left of long lists of nodes.
     pub(super) within_reach: WithinReach,
     /// What is known of parts in single precision, along the rays of one packet
-    pub(super) sketch: Sketch<f32x8>,
-    /// and of two.
-    pub(super) sketch_of_two: Sketch<f32x16>,
+    pub(super) sketch: Option<Sketch<f32x8>>,
+    /// and of two. (Made when it is first asked for: it is large, and most scenes have no composites.)
+    pub(super) sketch_of_two: Option<Sketch<f32x16>>,
 }
 
 impl Scratch {
