@@ -3,12 +3,12 @@
 //!
 //! Or all surfaces, in the same way. Lanes in which anything is near to anything else are left to the walk along all crossings.
 
+use super::asker::{Asker, of_packet};
 use super::best::Best;
 use super::bracket::least;
-use super::nearest::Asker;
 use super::parts::{Many, PartSet};
 use super::plan::Decision;
-use super::question::{Between, FootRays, Question, Window, of_packet};
+use super::question::{Between, FootRays, Question, Window};
 use super::scratch::{PartRoots, Sketch};
 use super::{Composite, CsgTree};
 use crate::lane::{Flags, LANES, Lane, Singles, choose, f32x8, f64x8};

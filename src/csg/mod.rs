@@ -11,6 +11,7 @@
 //! This room knows parts by kind and row; it knows no colours and no tree over composites.
 
 mod along;
+mod asker;
 mod best;
 mod boxes;
 mod bracket;
@@ -26,13 +27,13 @@ mod quadric;
 mod question;
 mod scratch;
 
+pub use asker::Asker;
 pub use best::Best;
 pub use boxes::BoxTree;
 pub use bracket::Body;
 pub use capsule::Capsules;
 pub use cull::{BoundsBlock, Side, Stretch};
 pub use long::LongList;
-pub use nearest::Asker;
 pub use node::{Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, Surroundings};
 pub use plan::{Plan, Rules};
 pub use scratch::{PartRoots, Scratch};

@@ -1,10 +1,10 @@
 //! The nearest surface of a composite along eight rays, and all of them.
 
 use super::along::{Along, Place, TIE};
+use super::asker::{Asker, of_packet};
 use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
-use super::question::of_packet;
 use super::scratch::{PartRoots, Scratch};
 use super::{Composite, CsgTree, Plan, slice};
 use crate::kernel::Rays;
@@ -12,23 +12,6 @@ use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 
 /// So many parts before it is asked, a part is fetched.
 const AHEAD: usize = 4;
-
-/// Eight rays that ask for surfaces of a composite.
-#[derive(Debug)]
-pub struct Asker<'a, Q> {
-    /// The rays.
-    pub rays: &'a Rays<f64x8>,
-    /// What its parts do along them.
-    pub source: Q,
-    /// Those that ask.
-    pub lanes: u8,
-    /// They look beyond this,
-    pub t_min: f64x8,
-    /// and up to here.
-    pub t_max: f64x8,
-    /// Lanes that hold a ray, whether it asks or not.
-    pub all: u8,
-}
 
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond an asker's `t_min` into its `best`, in the lanes of `lanes` where it is nearer

@@ -4,9 +4,9 @@
 //! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
 //! ([`super::plan::Clause`]).
 
+use super::asker::{Asker, by_packets, of_packet};
 use super::bracket::{Body, Bracket, least, most};
 use super::capsule::Beam;
-use super::nearest::Asker;
 use super::parts::PartSet;
 use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Sketch};
@@ -14,19 +14,6 @@ use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::{Looking, Rays};
 use crate::lane::{Flags, Lane, Singles, Vec3, f32x8, f64x8};
 use glam::DVec3;
-
-/// Bits of lanes, packet by packet.
-#[inline(always)]
-pub(super) fn by_packets<W: Singles>(bits: impl Fn(usize) -> u8) -> u16 {
-    let high = if W::EIGHTS == 2 { bits(1) } else { 0 };
-    u16::from_le_bytes([bits(0), high])
-}
-
-/// The bits of packet `k`.
-#[inline(always)]
-pub(super) fn of_packet(bits: u16, k: usize) -> u8 {
-    bits.to_le_bytes()[k & 1]
-}
 
 /// Rays from their points nearest to the middle of a composite.
 pub(super) struct FootRays<W> {
