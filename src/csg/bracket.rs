@@ -7,7 +7,7 @@
 
 use super::quadric::ConvexQuadric;
 use crate::kernel::{OwnSpace, Rays, Solid};
-use crate::lane::{Lane, Mask, Scalar, Singles, Vec3, f32x8, f64x8};
+use crate::lane::{Lane, Many, Mask, Scalar, Sixteen, Vec3, f32x8, f32x16, f64x8};
 use glam::DVec3;
 
 /// What bodies are grown and shrunk by, of the largest coordinates (in own space) of rays and body: the start, the direction, the
@@ -39,13 +39,14 @@ const ENDLESS: f64 = 1e30;
 /// Crossings from single precision are compared to those from double with so much room, of the size of the composite.
 pub(super) const PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
 
-/// Where rays come in and go out. Where they do not, that is NaN, or they go out before they come in.
+/// Where rays come in and go out, those of two packets or, in eight lanes, of one. Where they do not, that is NaN, or they go out
+/// before they come in.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Bracket<W> {
+pub struct Bracket<L = f32x16> {
     /// Of the grown body.
-    pub(super) outer: [W; 2],
+    pub(super) outer: [L; 2],
     /// Of the shrunk one.
-    pub(super) inner: [W; 2],
+    pub(super) inner: [L; 2],
 }
 
 /// A convex body in single precision, relative to a middle; of each pair the first is grown, the second shrunk.
@@ -83,14 +84,14 @@ pub struct Map {
 
 /// The smaller; the second where either is NaN.
 #[inline(always)]
-pub(super) fn least<W: Singles>(a: W, b: W) -> W {
-    a.least(b)
+pub(super) fn least(a: f32x16, b: f32x16) -> f32x16 {
+    a.fast_min(b)
 }
 
 /// The larger; the second where either is NaN.
 #[inline(always)]
-pub(super) fn most<W: Singles>(a: W, b: W) -> W {
-    a.most(b)
+pub(super) fn most(a: f32x16, b: f32x16) -> f32x16 {
+    a.fast_max(b)
 }
 
 /// Rounded.
@@ -104,23 +105,24 @@ impl Map {
     }
 
     #[inline(always)]
-    fn rays<W: Singles>(&self, rays: &Rays<W>) -> Rays<W> {
+    fn rays(&self, rays: &Rays<f32x16>) -> Rays<f32x16> {
         let rows = self.rows.map(Vec3::broadcast);
         let origin = rays.origin - Vec3::broadcast(self.center);
         Rays { origin: origin.fused_under(&rows), dir: rays.dir.fused_under(&rows) }
     }
 }
 
-impl<W: Singles> Bracket<W> {
+impl Bracket {
     /// From where `ends` says that the grown body (0) and the shrunk one (1) are.
     #[inline(always)]
-    fn of_ends(ends: impl Fn(usize) -> [W; 2]) -> Self {
+    fn of_ends(ends: impl Fn(usize) -> [f32x16; 2]) -> Self {
         Self { outer: ends(0), inner: ends(1) }
     }
 
     /// Those of packets, by number.
     pub(super) fn of_packets(packets: [Bracket<f32x8>; 2]) -> Self {
-        let of = |ends: fn(&Bracket<f32x8>) -> &[f32x8; 2]| [0, 1].map(|k| W::of(|n| ends(&packets[n])[k]));
+        let of =
+            |ends: fn(&Bracket<f32x8>) -> &[f32x8; 2]| [0, 1].map(|k| f32x16::of(|n| ends(&packets[n])[k]));
         Self { outer: of(|packet| &packet.outer), inner: of(|packet| &packet.inner) }
     }
 }
@@ -243,7 +245,7 @@ impl Body {
     /// Says where it is along rays; false if its crossings must be asked for. (One function for all who want to know: the kinds come in any
     /// order, and so do those who ask, who share what the machine has learned of them, and the room of the code.)
     #[inline(never)]
-    pub(super) fn bracket<W: Singles>(&self, rays: &Rays<W>, bracket: &mut Bracket<W>) -> bool {
+    pub(super) fn bracket(&self, rays: &Rays<f32x16>, bracket: &mut Bracket) -> bool {
         let Rays { origin, dir } = *rays;
         *bracket = match self {
             Self::Ball(center, squares) => {
@@ -251,15 +253,15 @@ impl Body {
                 let middle = toward.fused_dot(dir);
                 let across = dir.fused(-middle, toward);
                 let square = across.fused_dot(across);
-                Bracket::of_ends(|k| chord(middle, W::each(squares[k]) - square))
+                Bracket::of_ends(|k| chord(middle, f32x16::splat(squares[k]) - square))
             }
             Self::Ellipsoid(map, squares) => {
                 let own = map.rays(rays);
-                let inv = W::constant(1.0) / own.dir.fused_dot(own.dir);
+                let inv = f32x16::constant(1.0) / own.dir.fused_dot(own.dir);
                 let middle = -own.origin.fused_dot(own.dir) * inv;
                 let across = own.dir.fused(middle, own.origin);
                 let square = across.fused_dot(across);
-                Bracket::of_ends(|k| chord(middle, (W::each(squares[k]) - square) * inv))
+                Bracket::of_ends(|k| chord(middle, (f32x16::splat(squares[k]) - square) * inv))
             }
             Self::Box(center, halves) => {
                 Bracket::of_ends(slabs(Vec3::broadcast(*center) - origin, dir, halves))
@@ -274,11 +276,11 @@ impl Body {
             }
             Self::HalfSpace(normal, ats) => {
                 let (normal, zero, inf) =
-                    (Vec3::broadcast(*normal), W::default(), W::constant(f64::INFINITY));
+                    (Vec3::broadcast(*normal), f32x16::default(), f32x16::constant(f64::INFINITY));
                 let (start, climb) = (normal.fused_dot(origin), normal.fused_dot(dir) + zero);
-                let down = climb.below(zero);
+                let down = climb.lt(zero);
                 let ends = |k: usize| {
-                    let t = (W::each(ats[k]) - start) / climb;
+                    let t = (f32x16::splat(ats[k]) - start) / climb;
                     [down.select(t, -inf), down.select(inf, t)]
                 };
                 Bracket::of_ends(ends)
@@ -292,21 +294,22 @@ impl Body {
 
 /// Around the middle of a chord whose half has this square.
 #[inline(always)]
-fn chord<W: Singles>(middle: W, square: W) -> [W; 2] {
+fn chord(middle: f32x16, square: f32x16) -> [f32x16; 2] {
     let half = square.sqrt();
     [middle - half, middle + half]
 }
 
 /// Between the slabs of a box, `toward` its middle, by its half edges.
 #[inline(always)]
-fn slabs<W: Singles>(toward: Vec3<W>, dir: Vec3<W>, halves: &[[f32; 3]; 2]) -> impl Fn(usize) -> [W; 2] {
-    let steepest = W::constant(STEEPEST);
-    let inv = dir.map(|d| most(least(W::constant(1.0) / d, steepest), -steepest));
-    let (middle, inv) = (toward.mul(inv), inv.map(W::abs));
+fn slabs(toward: Vec3<f32x16>, dir: Vec3<f32x16>, halves: &[[f32; 3]; 2]) -> impl Fn(usize) -> [f32x16; 2] {
+    let steepest = f32x16::constant(STEEPEST);
+    let inv = dir.map(|d| most(least(f32x16::constant(1.0) / d, steepest), -steepest));
+    let (middle, inv) = (toward.mul(inv), inv.map(f32x16::abs));
     move |k| {
-        let half = Vec3::<W>::broadcast(halves[k]);
-        let end =
-            |half: W, inv: W, middle: W| [(-half).times_plus(inv, middle), half.times_plus(inv, middle)];
+        let half = Vec3::<f32x16>::broadcast(halves[k]);
+        let end = |half: f32x16, inv: f32x16, middle: f32x16| {
+            [(-half).times_plus(inv, middle), half.times_plus(inv, middle)]
+        };
         let x = end(half.x, inv.x, middle.x);
         let y = end(half.y, inv.y, middle.y);
         let z = end(half.z, inv.z, middle.z);
@@ -316,17 +319,17 @@ fn slabs<W: Singles>(toward: Vec3<W>, dir: Vec3<W>, halves: &[[f32; 3]; 2]) -> i
 
 /// Within a cylinder, in its own space.
 #[inline(always)]
-fn cylinder<W: Singles>(own: &Rays<W>, squares: &[f32; 2], ends: &[f32; 2]) -> impl Fn(usize) -> [W; 2] {
+fn cylinder(own: &Rays<f32x16>, squares: &[f32; 2], ends: &[f32; 2]) -> impl Fn(usize) -> [f32x16; 2] {
     let Rays { origin: o, dir: d } = *own;
     let flat = d.x.times_plus(d.x, d.y * d.y);
-    let slanted = (d.fused_dot(d) * W::constant(ALONG_AXIS)).below(flat);
-    let inv = slanted.select(W::constant(1.0) / flat, W::constant(ENDLESS));
+    let slanted = (d.fused_dot(d) * f32x16::constant(ALONG_AXIS)).lt(flat);
+    let inv = slanted.select(f32x16::constant(1.0) / flat, f32x16::constant(ENDLESS));
     let middle = slanted.keep(-o.x.times_plus(d.x, o.y * d.y) * inv);
     let (x, y) = (d.x.times_plus(middle, o.x), d.y.times_plus(middle, o.y));
     let square = x.times_plus(x, y * y);
     let between = between_ends(o.z, d.z, ends);
     move |k| {
-        let half = ((W::each(squares[k]) - square) * inv).sqrt();
+        let half = ((f32x16::splat(squares[k]) - square) * inv).sqrt();
         between(k, [middle - half, middle + half])
     }
 }
@@ -338,33 +341,28 @@ fn cylinder<W: Singles>(own: &Rays<W>, squares: &[f32; 2], ends: &[f32; 2]) -> i
 /// 1992, Numerical Recipes in C, section 5.6): that moves the side by no more than it is grown by. Beyond the apex, where the
 /// radius is negative, nothing lies between the ends.
 #[inline(always)]
-fn cone<W: Singles>(
-    own: &Rays<W>,
-    taper: f32,
-    radii: &[f32; 2],
-    ends: &[f32; 2],
-) -> impl Fn(usize) -> [W; 2] {
+fn cone(own: &Rays<f32x16>, taper: f32, radii: &[f32; 2], ends: &[f32; 2]) -> impl Fn(usize) -> [f32x16; 2] {
     let Rays { origin, dir: d } = *own;
-    let (taper, zero, one) = (W::each(taper), W::default(), W::constant(1.0));
-    let from_middle = Vec3::new(origin.x, origin.y, origin.z - W::constant(0.5));
+    let (taper, zero, one) = (f32x16::splat(taper), f32x16::default(), f32x16::constant(1.0));
+    let from_middle = Vec3::new(origin.x, origin.y, origin.z - f32x16::constant(0.5));
     let square = d.fused_dot(d);
     let shift = -from_middle.fused_dot(d) / square;
     let o = d.fused(shift, origin);
     let fall = taper * d.z;
     let across = (-fall).times_plus(fall, d.x.times_plus(d.x, d.y * d.y));
-    let least_across = square * W::constant(ALONG_SIDE);
-    let a = across.abs().below(least_across).select(least_across, across);
+    let least_across = square * f32x16::constant(ALONG_SIDE);
+    let a = across.abs().lt(least_across).select(least_across, across);
     // A ray that is steeper than the side runs into the cone and on, or comes and runs out of it.
-    let (steep, widens, inv) = (a.below(zero), fall.below(zero), one / a);
+    let (steep, widens, inv) = (a.lt(zero), fall.lt(zero), one / a);
     let (turn, reach) = (o.x.times_plus(d.x, o.y * d.y), o.x.times_plus(o.x, o.y * o.y));
     let between = between_ends(o.z, d.z, ends);
     move |k| {
-        let radius = W::each(radii[k]) - taper * o.z;
+        let radius = f32x16::splat(radii[k]) - taper * o.z;
         let (b, c) = (radius.times_plus(fall, turn), (-radius).times_plus(radius, reach));
         let discriminant = b.times_plus(b, -(a * c));
         // Steep rays cross it in any case, which rounding must not deny.
         let root = steep.select(most(discriminant, zero), discriminant).sqrt();
-        let ([first, last], inf) = (rising_roots(inv, b, c, root), W::constant(f64::INFINITY));
+        let ([first, last], inf) = (rising_roots(inv, b, c, root), f32x16::constant(f64::INFINITY));
         let enter = steep.select(widens.select(last, -inf), first);
         let leave = steep.select(widens.select(inf, first), last);
         between(k, [enter, leave]).map(|t| t + shift)
@@ -374,19 +372,19 @@ fn cone<W: Singles>(
 /// The roots of `a t^2 + 2 b t + c`, by the inverse of `a` and the `root` of `b^2 - a c`: neither cancels, each is over `a` or under `c` (Press and
 /// others 1992, Numerical Recipes in C, section 5.6).
 #[inline(always)]
-pub(super) fn rising_roots<W: Singles>(inv: W, b: W, c: W, root: W) -> [W; 2] {
-    let q = -(b + root.signed_as(b));
+pub(super) fn rising_roots(inv: f32x16, b: f32x16, c: f32x16, root: f32x16) -> [f32x16; 2] {
+    let q = -(b + root.copysign(b));
     let (r1, r2) = (c / q, q * inv);
     [least(r1, r2), most(r1, r2)]
 }
 
 /// What of a stretch lies between the ends of a cylinder or cone, which go beyond 0 and 1 by `ends`.
 #[inline(always)]
-fn between_ends<W: Singles>(z: W, dz: W, ends: &[f32; 2]) -> impl Fn(usize, [W; 2]) -> [W; 2] {
-    let climb = W::constant(1.0) / dz;
+fn between_ends(z: f32x16, dz: f32x16, ends: &[f32; 2]) -> impl Fn(usize, [f32x16; 2]) -> [f32x16; 2] {
+    let climb = f32x16::constant(1.0) / dz;
     move |k, [enter, leave]| {
-        let end = W::each(ends[k]);
-        let (low, high) = ((-end - z) * climb, (W::constant(1.0) + end - z) * climb);
+        let end = f32x16::splat(ends[k]);
+        let (low, high) = ((-end - z) * climb, (f32x16::constant(1.0) + end - z) * climb);
         // NaN of a ray that misses the side comes last, and stays.
         [most(least(low, high), enter), least(most(low, high), leave)]
     }
@@ -398,7 +396,7 @@ mod tests {
     use crate::kernel::{
         Block, Boxes, ClosedCones, Cylinders, Ellipsoids, OrientedBoxes, Planes, Polynomials, Spheres,
     };
-    use crate::lane::{LANES, Many, f32x16};
+    use crate::lane::LANES;
     use crate::random::Random;
     use crate::scene::{Polynomial, Transform};
     use std::sync::Arc;
@@ -434,26 +432,26 @@ mod tests {
             };
             let from = rays.origin - Vec3::splat(middle);
             let shift = -from.dot(rays.dir);
-            let own = Rays { origin: (from + rays.dir * shift).cast(), dir: rays.dir.cast() };
-            let mut bracket = Bracket::default();
-            assert!(body.bracket(&own, &mut bracket));
-            // Beside another packet it is the same.
-            let both = |v: Vec3<f32x8>| {
-                let [x, y, z] = [v.x, v.y, v.z].map(|x| f32x16::of(|k| if k == 0 { -x } else { x }));
-                Vec3::new(x, y, z)
+            // Beside others, in either place.
+            let among_others = |place: usize| {
+                let both = |v: Vec3<f32x8>| {
+                    let both = |x: f32x8| f32x16::of(|k| if k == place { x } else { -x });
+                    Vec3::new(both(v.x), both(v.y), both(v.z))
+                };
+                let origin = both((from + rays.dir * shift).cast());
+                let (own, mut bracket) = (Rays { origin, dir: both(rays.dir.cast()) }, Bracket::default());
+                assert!(body.bracket(&own, &mut bracket));
+                [bracket.outer, bracket.inner].map(|ends| ends.map(|end| end.eight(place).to_array()))
             };
-            let (own, mut of_two) =
-                (Rays { origin: both(own.origin), dir: both(own.dir) }, Bracket::default());
-            assert!(body.bracket(&own, &mut of_two));
-            let bits = |ends: [f32x8; 2]| ends.map(|end| end.to_array().map(f32::to_bits));
-            assert_eq!(bits(of_two.outer.map(|end| end.eight(1))), bits(bracket.outer));
-            assert_eq!(bits(of_two.inner.map(|end| end.eight(1))), bits(bracket.inner));
+            let [outer, inner] = among_others(0);
+            let bits = |ends: [[[f32; LANES]; 2]; 2]| ends.map(|ends| ends.map(|end| end.map(f32::to_bits)));
+            assert_eq!(bits(among_others(1)), bits([outer, inner]));
             let roots = block.roots(0, &rays, None);
             let inside = block.starts_inside(0, &rays).bits();
             let here: Vec<_> = roots.as_ref().iter().map(|&t| (t - shift).to_array()).collect();
-            let ends = |k: usize, [a, b]: [f32x8; 2]| [a, b].map(|t| f64::from(t.to_array()[k]));
+            let ends = |k: usize, ends: [[f32; LANES]; 2]| ends.map(|end| f64::from(end[k]));
             for k in 0..LANES {
-                let ([a, d], [b, c]) = (ends(k, bracket.outer), ends(k, bracket.inner));
+                let ([a, d], [b, c]) = (ends(k, outer), ends(k, inner));
                 let within = |t: f64| t.clamp(-size, size);
                 // (What has no end is entered or left there.)
                 let from = (inside >> k & 1 == 1).then_some(f64::NEG_INFINITY);

@@ -11,7 +11,7 @@ use super::plan::Decision;
 use super::question::{Between, FootRays, Question, Window};
 use super::scratch::{PartRoots, Sketch};
 use super::{Composite, CsgTree};
-use crate::lane::{Flags, LANES, Lane, Singles, choose, f32x8, f64x8};
+use crate::lane::{LANES, Lane, Mask, Sixteen, choose, f32x8, f32x16, f64x8};
 
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
@@ -23,44 +23,44 @@ pub(super) struct Decided {
 }
 
 /// The nearest surface so far.
-struct Nearest<W> {
-    at: Between<W>,
+struct Nearest {
+    at: Between,
     /// The part it belongs to.
-    which: W,
+    which: f32x16,
     /// From here on something may be a surface, or nearer, that is not known to be.
-    doubtful: W,
+    doubtful: f32x16,
     /// Lanes that have met anything, if that is all they ask.
     blocked: u16,
 }
 
-impl<W: Singles> Nearest<W> {
+impl Nearest {
     /// In `lanes` nothing beyond `from` is known to be the nearest.
     #[inline(always)]
-    fn doubt_from(&mut self, from: W, lanes: Flags<W>) {
+    fn doubt_from(&mut self, from: f32x16, lanes: Mask<f32x16>) {
         self.doubtful = lanes.select(least(self.doubtful, from), self.doubtful);
     }
 
     /// Takes a crossing of `part` where it is `sure` to be a surface.
     #[inline(always)]
-    fn take(&mut self, end: Between<W>, part: u32, sure: Flags<W>) {
-        let closer = sure & end.1.below(self.at.0);
-        let level = sure & !closer & end.0.up_to(self.at.1);
+    fn take(&mut self, end: Between, part: u32, sure: Mask<f32x16>) {
+        let closer = sure & end.1.lt(self.at.0);
+        let level = sure & !closer & end.0.le(self.at.1);
         self.doubt_from(least(end.0, self.at.0), level);
         self.at.0 = closer.select(end.0, self.at.0);
         self.at.1 = closer.select(end.1, self.at.1);
-        self.which = closer.select(W::constant(f64::from(part)), self.which);
+        self.which = closer.select(f32x16::splat(part as f32), self.which);
     }
 }
 
 impl CsgTree {
     /// As [`CsgTree::nearest`], in the lanes where it can be told in single precision.
     #[inline(always)]
-    pub(super) fn decide<P: PartSet, W: Singles>(
+    pub(super) fn decide<P: PartSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        (askers, any): (&[Asker<impl PartRoots>], bool),
-        sketch: &mut Sketch<W>,
-        best: &mut [Best],
+        (askers, any): (&[Asker<impl PartRoots>; 2], bool),
+        sketch: &mut Sketch,
+        best: &mut [Best; 2],
     ) -> Decided {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, askers);
@@ -72,11 +72,11 @@ impl CsgTree {
         if window.live == 0 {
             return Decided { changed: nearest.blocked, doubt: window.doubt };
         }
-        let (inf, Nearest { at, doubtful, .. }) = (W::constant(f64::INFINITY), &nearest);
-        let unsure = (doubtful.below(inf) & doubtful.up_to(at.1)).bits();
+        let (inf, Nearest { at, doubtful, .. }) = (f32x16::splat(f32::INFINITY), &nearest);
+        let unsure = (doubtful.lt(inf) & doubtful.le(at.1)).bits();
         window.doubt |= unsure & window.live;
-        let (known, mut changed) = (at.1.below(inf).bits() & window.live & !unsure, nearest.blocked);
-        for (k, asker) in askers.iter().enumerate().take(W::EIGHTS) {
+        let (known, mut changed) = (at.1.lt(inf).bits() & window.live & !unsure, nearest.blocked);
+        for (k, asker) in askers.iter().enumerate() {
             let (mut found, which) = (of_packet(known, k), nearest.which.eight(k));
             while found != 0 {
                 let part = which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
@@ -95,12 +95,12 @@ impl CsgTree {
 
     /// The same of many parts, by itself: few composites have so many, and this is large.
     #[inline(never)]
-    pub(super) fn decide_many<W: Singles>(
+    pub(super) fn decide_many(
         &self,
         plan: (&Composite, &Decision<Many>),
-        looking: (&[Asker<impl PartRoots>], bool),
-        sketch: &mut Sketch<W>,
-        best: &mut [Best],
+        looking: (&[Asker<impl PartRoots>; 2], bool),
+        sketch: &mut Sketch,
+        best: &mut [Best; 2],
     ) -> Decided {
         self.decide(plan, looking, sketch, best)
     }
@@ -108,16 +108,17 @@ impl CsgTree {
     /// The nearest of what has been bracketed that is a surface. With `any`, lanes are blocked in `best` as soon as they have met one,
     /// and look no more.
     #[inline(always)]
-    fn nearest_bracketed<P: PartSet, W: Singles>(
+    fn nearest_bracketed<P: PartSet>(
         &self,
-        question: &Question<P, W, impl PartRoots>,
-        (sketch, near, any): (&Sketch<W>, P, bool),
-        window: &mut Window<W>,
-        best: &mut [Best],
-    ) -> Nearest<W> {
+        question: &Question<P, impl PartRoots>,
+        (sketch, near, any): (&Sketch, P, bool),
+        window: &mut Window,
+        best: &mut [Best; 2],
+    ) -> Nearest {
         let &Question { first, plan, rules, .. } = question;
-        let inf = W::constant(f64::INFINITY);
-        let mut nearest = Nearest { at: Between(inf, inf), which: W::default(), doubtful: inf, blocked: 0 };
+        let inf = f32x16::splat(f32::INFINITY);
+        let mut nearest =
+            Nearest { at: Between(inf, inf), which: f32x16::default(), doubtful: inf, blocked: 0 };
         for part in (near & plan.seen).each() {
             let rule = rules.of(plan, part);
             if !rule.all.within.is_within(near) {
@@ -131,19 +132,19 @@ impl CsgTree {
             for k in 0..2 {
                 let (end, away) = (ends[k], away[k]);
                 let ahead = end.meets(window.low, least(window.high, nearest.at.1));
-                let wanted = met & ahead & Flags::from_bits(window.live & away);
+                let wanted = met & ahead & Mask::from_bits(window.live & away);
                 if wanted.none() {
                     continue;
                 }
                 let (sure, maybe) = self.is_surface(question, rule, (sketch, near), end, wanted);
-                let mut sure = sure & sharp & window.own.1.below(end.0);
+                let mut sure = sure & sharp & window.own.1.lt(end.0);
                 if any {
-                    sure &= end.1.below(window.before_end);
+                    sure &= end.1.lt(window.before_end);
                 }
                 nearest.doubt_from(end.0, maybe & !sure);
                 if any {
                     let blocked = sure.bits();
-                    for (k, best) in best.iter_mut().enumerate().take(W::EIGHTS) {
+                    for (k, best) in best.iter_mut().enumerate() {
                         let surface = [best.first_part + first + part; LANES];
                         best.surface = choose(of_packet(blocked, k), &surface, &best.surface);
                     }
@@ -160,16 +161,15 @@ impl CsgTree {
         nearest
     }
 
-    /// As [`CsgTree::surfaces`], in the lanes where it can be told in single precision: those where it cannot.
+    /// As [`CsgTree::surfaces`] for the first of two askers, in the lanes where it can be told in single precision: those where it cannot.
     #[inline(always)]
     pub(super) fn decide_all<P: PartSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        asker: &Asker<impl PartRoots>,
-        sketch: &mut Sketch<f32x8>,
+        askers: &[Asker<impl PartRoots>; 2],
+        sketch: &mut Sketch,
         found: &mut impl FnMut(u32, f64x8, u8),
     ) -> u8 {
-        let askers = std::slice::from_ref(asker);
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, askers);
         let question = Question::new(self, (composite, plan), (askers, &lines));
@@ -187,12 +187,12 @@ impl CsgTree {
             let away = window.leave_start(ends, question.on(part));
             let (met, sharp) = (bracket.is_met(), bracket.is_sharp());
             for (end, away) in ends.into_iter().zip(away) {
-                let wanted = met & end.meets(window.low, window.high) & Flags::from_bits(window.live & away);
+                let wanted = met & end.meets(window.low, window.high) & Mask::from_bits(window.live & away);
                 if wanted.none() {
                     continue;
                 }
                 let (sure, maybe) = self.is_surface(&question, rule, (sketch, near), end, wanted);
-                let sure = sure & sharp & window.own.1.below(end.0) & end.1.below(window.before_end);
+                let sure = sure & sharp & window.own.1.lt(end.0) & end.1.lt(window.before_end);
                 window.give_up((maybe & !sure).bits());
                 if (sure.bits() & window.live) != 0 {
                     let (number, sure) = (question.first + part, of_packet(sure.bits(), 0));

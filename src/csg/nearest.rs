@@ -1,4 +1,4 @@
-//! The nearest surface of a composite along eight rays, and all of them.
+//! The nearest surface of a composite along the rays of two packets, and all of them along those of one.
 
 use super::along::{Along, Place, TIE};
 use super::asker::{Asker, of_packet};
@@ -14,54 +14,34 @@ use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 const AHEAD: usize = 4;
 
 impl CsgTree {
-    /// Puts the nearest surface of `composite` beyond an asker's `t_min` into its `best`, in the lanes of `lanes` where it is nearer
+    /// Puts the nearest surface of `composite` beyond two askers' `t_min` into their `best`, in the lanes that ask where it is nearer
     /// than what stands there, which is their `t_max`; returns the lanes that changed. With `any`, a lane is done when it has changed
-    /// once. `stretch` is that of the asker's rays, once it has been asked for; the rays are of `classes`.
+    /// once. The askers are packets `which` of those that `stretches` are kept of, once one has been asked for; the rays are of
+    /// `classes`.
     #[inline(always)]
     pub fn nearest(
         &self,
         composite: &Composite,
-        (asker, stretch): (&mut Asker<impl PartRoots>, &mut Option<Stretch>),
-        (any, classes): (bool, u8),
-        scratch: &mut Scratch,
-        best: &mut Best,
-    ) -> u8 {
-        asker.lanes &= asked(composite, asker, stretch);
-        let (looking, sketch) =
-            ((std::slice::from_ref(&*asker), any), scratch.sketch.get_or_insert_default());
-        let best_of_all = std::slice::from_mut(best);
-        let decided = match &composite.plan {
-            Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best_of_all),
-            Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best_of_all),
-            None => Decided { changed: 0, doubt: asker.lanes.into() },
-        };
-        self.rest(composite, (asker, stretch), (decided, 0), (any, classes), scratch, best)
-    }
-
-    /// [`CsgTree::nearest`] of two packets at once: most of it takes as long as that of one.
-    #[inline(always)]
-    pub fn nearest_of_two(
-        &self,
-        composite: &Composite,
-        (askers, stretches): (&mut [Asker<impl PartRoots>; 2], [&mut Option<Stretch>; 2]),
+        (askers, stretches, which): (&mut [Asker<impl PartRoots>; 2], &mut [Option<Stretch>], [usize; 2]),
         (any, classes): (bool, u8),
         scratch: &mut Scratch,
         best: &mut [Best; 2],
     ) -> [u8; 2] {
-        let [first, second] = stretches;
-        askers[0].lanes &= asked(composite, &askers[0], first);
-        askers[1].lanes &= asked(composite, &askers[1], second);
-        let (looking, sketch) = ((&askers[..], any), scratch.sketch_of_two.get_or_insert_default());
+        for (asker, k) in askers.iter_mut().zip(which) {
+            asker.lanes &= asked(composite, asker, &mut stretches[k]);
+        }
+        let (looking, sketch) = ((&*askers, any), scratch.sketch.get_or_insert_default());
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best),
             Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best),
             None => Decided { changed: 0, doubt: u16::from_le_bytes([askers[0].lanes, askers[1].lanes]) },
         };
-        let [a, b] = best;
-        [
-            self.rest(composite, (&askers[0], first), (decided, 0), (any, classes), scratch, a),
-            self.rest(composite, (&askers[1], second), (decided, 1), (any, classes), scratch, b),
-        ]
+        let mut changed = [0; 2];
+        for (k, best) in best.iter_mut().enumerate() {
+            let asker = (&askers[k], &mut stretches[which[k]]);
+            changed[k] = self.rest(composite, asker, (decided, k), (any, classes), scratch, best);
+        }
+        changed
     }
 
     /// Goes the way of all crossings for the lanes of packet `k` of which nothing is known: the lanes that have changed.
@@ -156,16 +136,17 @@ impl CsgTree {
     pub fn surfaces(
         &self,
         composite: &Composite,
-        (asker, stretch): (&mut Asker<impl PartRoots>, &mut Option<Stretch>),
+        (asker, stretch): (&mut Asker<impl PartRoots + Copy>, &mut Option<Stretch>),
         classes: u8,
         scratch: &mut Scratch,
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
         asker.lanes &= asked(composite, asker, stretch);
+        let askers = [*asker, asker.idle()];
         let sketch = scratch.sketch.get_or_insert_default();
         let doubt = match &composite.plan {
-            Some(Plan::Few(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),
-            Some(Plan::Many(plan)) => self.decide_all((composite, plan), asker, sketch, &mut found),
+            Some(Plan::Few(plan)) => self.decide_all((composite, plan), &askers, sketch, &mut found),
+            Some(Plan::Many(plan)) => self.decide_all((composite, plan), &askers, sketch, &mut found),
             None => asker.lanes,
         };
         if doubt != 0 {

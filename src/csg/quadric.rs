@@ -2,7 +2,7 @@
 
 use super::bracket::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
 use crate::kernel::{OwnSpace, Quadric, Rays};
-use crate::lane::{Scalar, Singles, Vec3};
+use crate::lane::{Many, Scalar, Vec3, f32x16};
 use glam::{DMat3, DVec3};
 
 /// Squares of a ray's distance count at least by this share of what they could matter: so there are two roots, though one may be far off.
@@ -68,23 +68,23 @@ impl ConvexQuadric {
 
     /// Where rays come in and go out.
     #[inline(always)]
-    pub(super) fn ends<W: Singles>(&self, rays: &Rays<W>) -> impl Fn(usize) -> [W; 2] {
+    pub(super) fn ends(&self, rays: &Rays<f32x16>) -> impl Fn(usize) -> [f32x16; 2] {
         let Self { center, rows, linear, levels, least_square, size } = *self;
-        let (rows, linear) = (rows.map(Vec3::<W>::broadcast), Vec3::broadcast(linear));
+        let (rows, linear) = (rows.map(Vec3::<f32x16>::broadcast), Vec3::broadcast(linear));
         let Rays { origin, dir } = *rays;
         let own = (origin - Vec3::broadcast(center)).fused_under(&rows);
         let toward = dir.fused_under(&rows);
-        let square = most(toward.fused_dot(toward), W::each(least_square));
-        let inv = W::constant(1.0) / square;
+        let square = most(toward.fused_dot(toward), f32x16::splat(least_square));
+        let inv = f32x16::constant(1.0) / square;
         // From where it is nearest to the axis, or as far as is looked: what is counted from there is small where it matters.
-        let size = W::each(size);
+        let size = f32x16::splat(size);
         let shift = most(-size, least(size, -own.fused_dot(toward) * inv));
         let (own, origin) = (toward.fused(shift, own), dir.fused(shift, origin));
         let slope = own.fused_dot(toward) + linear.fused_dot(dir);
         let twice = linear.fused_dot(origin);
         let level = own.fused_dot(own) + (twice + twice);
         move |k| {
-            let level = level + W::each(levels[k]);
+            let level = level + f32x16::splat(levels[k]);
             let root = slope.times_plus(slope, -(square * level)).sqrt();
             rising_roots(inv, slope, level, root).map(|t| shift + t)
         }

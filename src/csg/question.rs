@@ -1,4 +1,4 @@
-//! What is asked of a composite in single precision, for a packet of rays or two at once: where its parts lie along them, and which of
+//! What is asked of a composite in single precision, for two packets of rays at once: where its parts lie along them, and which of
 //! their crossings are surfaces.
 //!
 //! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
@@ -12,20 +12,19 @@ use super::plan::{Decision, MOST_PARTS, Rule, Rules};
 use super::scratch::{PartRoots, Sketch};
 use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::{Looking, Rays};
-use crate::lane::{Flags, Lane, Singles, Vec3, f32x8, f64x8};
+use crate::lane::{Lane, Many, Mask, Sixteen, Vec3, f32x8, f32x16, f64x8};
 use glam::DVec3;
 
 /// Rays from their points nearest to the middle of a composite.
-pub(super) struct FootRays<W> {
-    rays: Rays<W>,
+pub(super) struct FootRays {
+    rays: Rays<f32x16>,
     /// By packet, how far those points are from the starts.
     shift: [f64x8; 2],
 }
 
-impl<W: Singles> FootRays<W> {
+impl FootRays {
     #[inline(always)]
-    pub(super) fn new<P, Q>(plan: &Decision<P>, askers: &[Asker<Q>]) -> Self {
-        let [a, b] = if W::EIGHTS == 2 { [&askers[0], &askers[1]] } else { [&askers[0]; 2] };
+    pub(super) fn new<P, Q>(plan: &Decision<P>, [a, b]: &[Asker<Q>; 2]) -> Self {
         let ((origin, dir, shift), other) = (foot(plan.middle, a.rays), foot(plan.middle, b.rays));
         let rays = Rays { origin: side_by_side(origin, other.0), dir: side_by_side(dir, other.1) };
         let shift = [shift.in_register(), other.2.in_register()];
@@ -41,77 +40,81 @@ fn foot(middle: DVec3, rays: &Rays<f64x8>) -> (Vec3<f32x8>, Vec3<f32x8>, f64x8) 
     (rays.dir.fused(shift, from).cast(), rays.dir.cast(), shift)
 }
 
-/// The vectors of one packet and, if there is room for it, of another.
+/// The vectors of one packet and of another.
 #[inline(always)]
-fn side_by_side<W: Singles>(a: Vec3<f32x8>, b: Vec3<f32x8>) -> Vec3<W> {
-    let both = |a: f32x8, b: f32x8| W::of(|k| if k == 0 { a } else { b }).in_one_register();
+fn side_by_side(a: Vec3<f32x8>, b: Vec3<f32x8>) -> Vec3<f32x16> {
+    let both = |a: f32x8, b: f32x8| f32x16::of(|k| if k == 0 { a } else { b }).in_register();
     Vec3::new(both(a.x, b.x), both(a.y, b.y), both(a.z, b.z))
 }
 
 /// A crossing by its bracket: between two distances.
 #[derive(Clone, Copy)]
-pub(super) struct Between<W>(pub(super) W, pub(super) W);
+pub(super) struct Between(pub(super) f32x16, pub(super) f32x16);
 
-impl<W: Singles> Between<W> {
+impl Between {
     #[inline(always)]
-    pub(super) fn meets(self, from: W, to: W) -> Flags<W> {
-        from.up_to(self.1) & self.0.up_to(to)
+    pub(super) fn meets(self, from: f32x16, to: f32x16) -> Mask<f32x16> {
+        from.le(self.1) & self.0.le(to)
     }
 }
 
-impl<W: Singles> Bracket<W> {
+impl Bracket {
     /// Where rays come in and where they go out; all along where they may miss it.
     #[inline(always)]
-    pub(super) fn ends(&self) -> [Between<W>; 2] {
+    pub(super) fn ends(&self) -> [Between; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
         [Between(a, least(b, d)), Between(most(c, a), d)]
     }
 
     /// Lanes in which a crossing is surely within, and in which it may be.
     #[inline(always)]
-    pub(super) fn holds(&self, at: Between<W>) -> [Flags<W>; 2] {
+    pub(super) fn holds(&self, at: Between) -> [Mask<f32x16>; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
-        [b.up_to(at.0) & at.1.up_to(c), at.meets(a, d)]
+        [b.le(at.0) & at.1.le(c), at.meets(a, d)]
     }
 
     /// Lanes that meet the shrunk body.
     #[inline(always)]
-    pub(super) fn is_sharp(&self) -> Flags<W> {
-        self.inner[0].up_to(self.inner[1])
+    pub(super) fn is_sharp(&self) -> Mask<f32x16> {
+        self.inner[0].le(self.inner[1])
     }
 
     /// Lanes that meet the grown body.
     #[inline(always)]
-    pub(super) fn is_met(&self) -> Flags<W> {
-        self.outer[0].up_to(self.outer[1])
+    pub(super) fn is_met(&self) -> Mask<f32x16> {
+        self.outer[0].le(self.outer[1])
     }
 }
 
-impl<W> Sketch<W> {
+impl Sketch {
     #[inline(always)]
-    pub(super) fn of(&self, part: u32) -> &Bracket<W> {
+    pub(super) fn of(&self, part: u32) -> &Bracket {
         &self.brackets[part as usize & (MOST_PARTS - 1)]
+    }
+
+    #[inline(always)]
+    fn of_mut(&mut self, part: u32) -> &mut Bracket {
+        &mut self.brackets[part as usize & (MOST_PARTS - 1)]
     }
 }
 
 /// What is asked of a composite, whose parts are numbered from `first` on.
-pub(super) struct Question<'a, P, W, Q> {
+pub(super) struct Question<'a, P, Q> {
     pub(super) first: u32,
     pub(super) plan: &'a Decision<P>,
     pub(super) rules: &'a Rules<P>,
-    /// As many packets as `W` holds.
-    askers: &'a [Asker<'a, Q>],
-    lines: &'a FootRays<W>,
+    askers: &'a [Asker<'a, Q>; 2],
+    lines: &'a FootRays,
     /// Rays start on some of its parts.
     starts: bool,
 }
 
-impl<'a, P: PartSet, W: Singles, Q: PartRoots> Question<'a, P, W, Q> {
+impl<'a, P: PartSet, Q: PartRoots> Question<'a, P, Q> {
     #[inline(always)]
     pub(super) fn new(
         tree: &'a CsgTree,
         (composite, plan): (&Composite, &'a Decision<P>),
-        (askers, lines): (&'a [Asker<'a, Q>], &'a FootRays<W>),
+        (askers, lines): (&'a [Asker<'a, Q>; 2], &'a FootRays),
     ) -> Self {
         let (first, starts) = (composite.parts.start, askers.iter().any(|asker| asker.source.starts()));
         Self { first, plan, rules: P::rules(tree), askers, lines, starts }
@@ -123,7 +126,7 @@ impl<'a, P: PartSet, W: Singles, Q: PartRoots> Question<'a, P, W, Q> {
         if !self.starts {
             return 0;
         }
-        by_packets::<W>(|k| {
+        by_packets(|k| {
             let source = &self.askers[k].source;
             if source.starts() { source.on(self.first + part) } else { 0 }
         })
@@ -131,67 +134,67 @@ impl<'a, P: PartSet, W: Singles, Q: PartRoots> Question<'a, P, W, Q> {
 }
 
 /// What of rays is still looked at, in distances from their feet.
-pub(super) struct Window<W> {
-    pub(super) low: W,
-    pub(super) high: W,
+pub(super) struct Window {
+    pub(super) low: f32x16,
+    pub(super) high: f32x16,
     /// Where the crossing that rays start on lies.
-    pub(super) own: Between<W>,
+    pub(super) own: Between,
     /// What is surely before the end.
-    pub(super) before_end: W,
+    pub(super) before_end: f32x16,
     /// Lanes that look.
     pub(super) live: u16,
     /// Lanes of which nothing can be told.
     pub(super) doubt: u16,
 }
 
-impl<W: Singles> Window<W> {
+impl Window {
     /// In the ball around all parts, between start and end.
     #[inline(always)]
-    pub(super) fn new<P, Q>(plan: &Decision<P>, lines: &FootRays<W>, askers: &[Asker<Q>]) -> Self {
-        let (FootRays { rays, shift }, pad) = (lines, W::each(plan.pad));
-        let singles = |of: &dyn Fn(usize) -> f64x8| W::of(|k| f32x8::from_f64s(of(k)));
+    pub(super) fn new<P, Q>(plan: &Decision<P>, lines: &FootRays, askers: &[Asker<Q>; 2]) -> Self {
+        let (FootRays { rays, shift }, pad) = (lines, f32x16::splat(plan.pad));
+        let singles = |of: &dyn Fn(usize) -> f64x8| f32x16::of(|k| f32x8::from_f64s(of(k)));
         let start = singles(&|k| askers[k].t_min - shift[k]);
         let end = singles(&|k| askers[k].t_max - shift[k]);
         let own = singles(&|k| -shift[k] - askers[k].t_min);
-        let chord = (W::each(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
+        let chord = (f32x16::splat(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
         let (low, high) = (most(start - pad, -chord), least(end + pad, chord));
-        let steady = by_packets::<W>(|k| shift[k].abs().le(f64x8::lit(plan.farthest)).bits());
-        let lanes = by_packets::<W>(|k| askers[k].lanes);
+        let steady = by_packets(|k| shift[k].abs().le(f64x8::lit(plan.farthest)).bits());
+        let lanes = by_packets(|k| askers[k].lanes);
         let doubt = lanes & !steady;
         Self {
             low,
             high,
             own: Between(own - pad, start + pad),
             before_end: end - pad,
-            live: lanes & !doubt & low.up_to(high).bits(),
+            live: lanes & !doubt & low.le(high).bits(),
             doubt,
         }
     }
 
     /// Looks no farther than what a part lies between: whether anything is left.
     #[inline(always)]
-    fn narrow(&mut self, [enter, leave]: [W; 2]) -> bool {
+    fn narrow(&mut self, [enter, leave]: [f32x16; 2]) -> bool {
         (self.low, self.high) = (most(self.low, enter), least(self.high, leave));
-        self.live &= self.low.up_to(self.high).bits();
+        self.live &= self.low.le(self.high).bits();
         self.live != 0
     }
 
     /// True if any ray looks at what a part lies between. (NaN comes last, and stays.)
     #[inline(always)]
-    fn shows(&self, [enter, leave]: [W; 2]) -> bool {
-        most(self.low, enter).up_to(least(self.high, leave)).bits() & self.live != 0
+    fn shows(&self, [enter, leave]: [f32x16; 2]) -> bool {
+        most(self.low, enter).le(least(self.high, leave)).bits() & self.live != 0
     }
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    fn own_ends(&self, ends: [Between<W>; 2]) -> [u16; 2] {
+    fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
     }
 
     /// The crossing where rays of `on` start, one of the two `ends` of a part, is none, if it is clear which that is: by end, lanes for
     /// which it is another.
     #[inline(always)]
-    pub(super) fn leave_start(&mut self, ends: [Between<W>; 2], on: u16) -> [u16; 2] {
+    pub(super) fn leave_start(&mut self, ends: [Between; 2], on: u16) -> [u16; 2] {
         let on = on & self.live;
         if on == 0 {
             return [!0; 2];
@@ -212,11 +215,11 @@ impl<W: Singles> Window<W> {
 impl CsgTree {
     /// Brackets what the rays of a window may meet: which parts that are; none if no ray looks any more.
     #[inline(always)]
-    pub(super) fn bracket_near<P: PartSet, W: Singles>(
+    pub(super) fn bracket_near<P: PartSet>(
         &self,
-        question: &Question<P, W, impl PartRoots>,
-        sketch: &mut Sketch<W>,
-        window: &mut Window<W>,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &mut Window,
     ) -> Option<P> {
         sketch.crossings.clear();
         sketch.asked.clear();
@@ -226,11 +229,11 @@ impl CsgTree {
 
     /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
     #[inline(always)]
-    fn bracket_required<P: PartSet, W: Singles>(
+    fn bracket_required<P: PartSet>(
         &self,
-        question: &Question<P, W, impl PartRoots>,
-        sketch: &mut Sketch<W>,
-        window: &mut Window<W>,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &mut Window,
     ) -> bool {
         let &Decision { required, asked, .. } = question.plan;
         // What takes longest is left what the rest leaves.
@@ -256,11 +259,11 @@ impl CsgTree {
 
     /// Brackets the other parts that rays may meet, and says which these are.
     #[inline(always)]
-    fn bracket_others<P: PartSet, W: Singles>(
+    fn bracket_others<P: PartSet>(
         &self,
-        question: &Question<P, W, impl PartRoots>,
-        sketch: &mut Sketch<W>,
-        window: &Window<W>,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &Window,
     ) -> P {
         let &Question { plan, rules, lines, .. } = question;
         let mut waiting = plan.others;
@@ -275,10 +278,10 @@ impl CsgTree {
                     continue;
                 }
                 if let Some([x, y, z, square]) = rule.ball {
-                    let toward = Vec3::<W>::broadcast([x, y, z]) - lines.rays.origin;
+                    let toward = Vec3::<f32x16>::broadcast([x, y, z]) - lines.rays.origin;
                     let ahead = toward.fused_dot(lines.rays.dir);
                     let across = toward.fused_dot(toward) - ahead * ahead;
-                    if across.up_to(W::each(square)).bits() & window.live == 0 {
+                    if across.le(f32x16::splat(square)).bits() & window.live == 0 {
                         continue;
                     }
                 }
@@ -292,7 +295,7 @@ impl CsgTree {
 
     /// The parts that the rays of `live` may meet, and some that are none.
     #[inline(always)]
-    fn passed_close<P: PartSet, W: Singles>(&self, plan: &Decision<P>, lines: &FootRays<W>, live: u16) -> P {
+    fn passed_close<P: PartSet>(&self, plan: &Decision<P>, lines: &FootRays, live: u16) -> P {
         let beam = Beam::new(&lines.rays, live, plan.size);
         let blocks = slice(&self.capsules, &plan.capsules);
         let met = |(block, capsules)| P::of_block(block, beam.meets(capsules));
@@ -301,16 +304,16 @@ impl CsgTree {
 
     /// Brackets a part as far as rays look.
     #[inline(always)]
-    fn bracket<P: PartSet, W: Singles>(
+    fn bracket<P: PartSet>(
         &self,
         part: u32,
-        question: &Question<P, W, impl PartRoots>,
-        sketch: &mut Sketch<W>,
-        window: &Window<W>,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &Window,
     ) {
         let &Question { plan, rules, lines, .. } = question;
-        let (body, place) = (&rules.of(plan, part).body, part as usize & (MOST_PARTS - 1));
-        if !body.bracket(&lines.rays, &mut sketch.brackets[place]) {
+        let body = &rules.of(plan, part).body;
+        if !body.bracket(&lines.rays, sketch.of_mut(part)) {
             let (live, ends) = (window.live, [window.low, window.high]);
             self.ask(part, question, sketch, (live, ends, matches!(body, Body::AskedWhole)));
         }
@@ -318,18 +321,18 @@ impl CsgTree {
 
     /// The same by its crossings, perhaps with all else that is to be known of a part that may be `endless`.
     #[inline(never)]
-    fn ask<P: PartSet, W: Singles>(
+    fn ask<P: PartSet>(
         &self,
         part: u32,
-        question: &Question<P, W, impl PartRoots>,
-        sketch: &mut Sketch<W>,
-        (live, ends, endless): (u16, [W; 2], bool),
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        (live, ends, endless): (u16, [f32x16; 2], bool),
     ) {
         let &Question { first, plan, askers, lines, .. } = question;
-        let Sketch { crossings, asked, brackets, .. } = sketch;
+        let Sketch { crossings, asked, .. } = sketch;
         let number = first + part;
         let mut packets = [Bracket::missed(); 2];
-        for (k, packet) in packets.iter_mut().enumerate().take(W::EIGHTS) {
+        for (k, packet) in packets.iter_mut().enumerate() {
             let lanes = of_packet(live, k);
             if lanes == 0 {
                 continue;
@@ -347,19 +350,19 @@ impl CsgTree {
             };
             asked.push(((k, number), start..crossings.len()));
         }
-        brackets[part as usize & (MOST_PARTS - 1)] = Bracket::of_packets(packets);
+        *sketch.of_mut(part) = Bracket::of_packets(packets);
     }
 
     /// Lanes in which a crossing is surely a surface, and in which it may be.
     #[inline(always)]
-    pub(super) fn is_surface<P: PartSet, W: Singles>(
+    pub(super) fn is_surface<P: PartSet>(
         &self,
-        question: &Question<P, W, impl PartRoots>,
+        question: &Question<P, impl PartRoots>,
         rule: &Rule<P>,
-        (sketch, near): (&Sketch<W>, P),
-        at: Between<W>,
-        wanted: Flags<W>,
-    ) -> (Flags<W>, Flags<W>) {
+        (sketch, near): (&Sketch, P),
+        at: Between,
+        wanted: Mask<f32x16>,
+    ) -> (Mask<f32x16>, Mask<f32x16>) {
         let (mut sure, mut maybe) = (wanted, wanted);
         for part in (rule.all.without & near).each() {
             let [surely, perhaps] = sketch.of(part).holds(at);
@@ -376,7 +379,7 @@ impl CsgTree {
             if !clause.without.is_within(near) {
                 continue;
             }
-            let (mut surely, mut perhaps) = (Flags::none_set(), Flags::none_set());
+            let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
             for part in (clause.within & near).each() {
                 let [within, touching] = sketch.of(part).holds(at);
                 (surely, perhaps) = (surely | within, perhaps | touching);
@@ -399,14 +402,14 @@ impl CsgTree {
     }
 
     /// Lanes in which a crossing is surely within a node, and in which it may be.
-    fn holds<P: PartSet, W: Singles>(
+    fn holds<P: PartSet>(
         &self,
         number: u32,
         first: u32,
-        (sketch, near): (&Sketch<W>, P),
-        at: Between<W>,
-    ) -> [Flags<W>; 2] {
-        let (none, all) = (Flags::none_set(), Flags::all_set());
+        (sketch, near): (&Sketch, P),
+        at: Between,
+    ) -> [Mask<f32x16>; 2] {
+        let (none, all) = (Mask::none_set(), Mask::all_set());
         if !P::of_many(self.below[number as usize]).meets(near) {
             return match self.outside[number as usize] {
                 Side::Inside => [all, all],
@@ -446,12 +449,12 @@ impl CsgTree {
 
     /// A part's crossing that is bracketed, for packet `k` in double precision; NaN where there is none.
     #[inline(always)]
-    pub(super) fn crossing<P, W: Singles>(
+    pub(super) fn crossing<P>(
         &self,
         (k, number): (usize, u32),
-        question: &Question<P, W, impl PartRoots>,
-        at: Between<W>,
-        sketch: &mut Sketch<W>,
+        question: &Question<P, impl PartRoots>,
+        at: Between,
+        sketch: &mut Sketch,
     ) -> f64x8 {
         let &Question { askers, lines, plan, .. } = question;
         let (Asker { rays, source, .. }, shift) = (&askers[k], lines.shift[k]);
@@ -479,13 +482,21 @@ impl CsgTree {
 mod tests {
     use super::*;
 
+    /// The same for both packets.
+    fn twice(bracket: Bracket<f32x8>) -> Bracket {
+        Bracket::of_packets([bracket; 2])
+    }
+
+    fn at(t: f64) -> Between {
+        Between(f32x16::constant(t), f32x16::constant(t))
+    }
+
     #[test]
     fn what_is_crossed_four_times_is_in_doubt_from_first_to_last() {
         let crossings = [1.0, 2.0, 4.0, 8.0].map(f64x8::lit);
-        let bracket = Bracket::of_crossings(&crossings, f64x8::zero(), f32x8::lit(1e-6));
-        let at = |t: f64| Between(f32x8::lit(t), f32x8::lit(t));
+        let bracket = twice(Bracket::of_crossings(&crossings, f64x8::zero(), f32x8::lit(1e-6)));
         for t in [1.0, 2.0, 3.0, 4.0, 6.0, 8.0] {
-            assert!(bracket.ends().iter().all(|end| end.meets(f32x8::lit(t), f32x8::lit(t)).all()), "{t}");
+            assert!(bracket.ends().iter().all(|end| end.meets(at(t).0, at(t).1).all()), "{t}");
             let [surely, perhaps] = bracket.holds(at(t));
             assert!(surely.none() && perhaps.all(), "{t}");
         }
@@ -496,9 +507,8 @@ mod tests {
     #[test]
     fn what_is_missed_holds_nothing() {
         let none = [f64x8::lit(f64::NAN); 2];
-        let bracket = Bracket::of_crossings(&none, f64x8::zero(), f32x8::lit(1e-6));
-        let at = Between(f32x8::zero(), f32x8::zero());
-        let [surely, perhaps] = bracket.holds(at);
+        let bracket = twice(Bracket::of_crossings(&none, f64x8::zero(), f32x8::lit(1e-6)));
+        let [surely, perhaps] = bracket.holds(at(0.0));
         assert!(surely.none() && perhaps.none() && bracket.is_met().none());
     }
 
@@ -511,19 +521,18 @@ mod tests {
             f64x8::new([none, 2.0, 4.0, none, none, 4.0, 4.0, none]),
             f64x8::new([none, none, none, none, none, none, 4.5, none]),
         ];
-        let bracket = Bracket::of_endless(&crossings, 0b11_1000, f64x8::zero(), f32x8::lit(1e-6));
-        let at = |t: f64| {
-            let [surely, perhaps] = bracket.holds(Between(f32x8::lit(t), f32x8::lit(t)));
+        let bracket = twice(Bracket::of_endless(&crossings, 0b11_1000, f64x8::zero(), f32x8::lit(1e-6)));
+        let held = |t: f64| {
+            let [surely, perhaps] = bracket.holds(at(t));
             (surely.bits() & 0b11_1111, perhaps.bits() & 0b11_1111)
         };
         // Who leaves and comes back is in doubt all along.
-        assert_eq!(at(1.0), (0b01_1000, 0b11_1000));
-        assert_eq!(at(2.0), (0b00_1000, 0b11_1110));
-        assert_eq!(at(3.0), (0b00_1110, 0b10_1110));
-        assert_eq!(at(5.0), (0b00_1010, 0b10_1010));
-        let beyond = Between(f32x8::lit(5.0), f32x8::lit(5.0));
-        assert_eq!(bracket.holds(beyond).map(|lanes| lanes.bits() >> 6 & 1), [0, 1]);
-        let ends = bracket.ends().map(|end| end.meets(f32x8::lit(2.0), f32x8::lit(2.0)).bits() & 0b11_1111);
+        assert_eq!(held(1.0), (0b01_1000, 0b11_1000));
+        assert_eq!(held(2.0), (0b00_1000, 0b11_1110));
+        assert_eq!(held(3.0), (0b00_1110, 0b10_1110));
+        assert_eq!(held(5.0), (0b00_1010, 0b10_1010));
+        assert_eq!(bracket.holds(at(5.0)).map(|lanes| lanes.bits() >> 6 & 1), [0, 1]);
+        let ends = bracket.ends().map(|end| end.meets(at(2.0).0, at(2.0).1).bits() & 0b11_1111);
         assert_eq!(ends, [0b10_0110, 0b11_0000]);
     }
 }

@@ -4,7 +4,7 @@ use super::bracket::Bracket;
 use super::cull::{NOT_NEAR, Near};
 use super::plan::MOST_PARTS;
 use crate::kernel::{Looking, Rays};
-use crate::lane::{Singles, f32x8, f32x16, f64x8};
+use crate::lane::f64x8;
 use std::ops::Range;
 
 /// What parts do along eight rays.
@@ -39,10 +39,8 @@ pub struct Scratch {
     pub(super) order: Vec<(f32, u32)>,
     /// What is left of long lists of nodes.
     pub(super) within_reach: WithinReach,
-    /// What is known of parts in single precision, along the rays of one packet
-    pub(super) sketch: Option<Sketch<f32x8>>,
-    /// and of two. (Made when it is first asked for: it is large, and most scenes have no composites.)
-    pub(super) sketch_of_two: Option<Sketch<f32x16>>,
+    /// What is known of parts in single precision. (Made when it is first asked for: it is large, and most scenes have no composites.)
+    pub(super) sketch: Option<Sketch>,
 }
 
 impl Scratch {
@@ -72,9 +70,9 @@ impl WithinReach {
 
 /// Brackets of a composite's parts along rays; kept between calls so that nothing is allocated.
 #[derive(Debug)]
-pub(super) struct Sketch<W> {
+pub(super) struct Sketch {
     /// By part.
-    pub(super) brackets: Box<[Bracket<W>; MOST_PARTS]>,
+    pub(super) brackets: Box<[Bracket; MOST_PARTS]>,
     /// Crossings of parts that had to be asked,
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are, along which packet's rays.
@@ -83,7 +81,7 @@ pub(super) struct Sketch<W> {
     pub(super) surfaces: Vec<(u32, f64x8, u8)>,
 }
 
-impl<W: Singles> Default for Sketch<W> {
+impl Default for Sketch {
     fn default() -> Self {
         let brackets = Box::new([Bracket::default(); MOST_PARTS]);
         Self { brackets, crossings: Vec::new(), asked: Vec::new(), surfaces: Vec::new() }

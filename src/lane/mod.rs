@@ -10,17 +10,17 @@ mod four;
 mod many;
 mod mask;
 mod quad;
-mod singles;
+mod sixteen;
 mod vec3;
 
 pub use many::{Many, sixteen_bits};
-pub use mask::Mask;
+pub use mask::{Mask, Masked};
 pub use quad::{QUAD, Quad, columns, rows};
-pub use singles::{Flags, Singles};
+pub use sixteen::Sixteen;
 pub use vec3::{Component, Vec3};
 
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 pub use wide::{f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 use wide::{i32x8, i64x8, u32x8};
 
@@ -250,9 +250,8 @@ impl Scalar for f64 {
 
 /// Eight numbers.
 pub trait Lane:
-    Copy
+    Masked<Bits = u8>
     + Debug
-    + Default
     + Send
     + Sync
     + 'static
@@ -263,9 +262,6 @@ pub trait Lane:
     + Neg<Output = Self>
     + AddAssign
     + SubAssign
-    + BitAnd<Output = Self>
-    + BitOr<Output = Self>
-    + BitXor<Output = Self>
 {
     /// One lane's number.
     type Scalar: Scalar<Lane = Self>;
@@ -416,13 +412,6 @@ pub trait Lane:
 
     /// Lane `k` of row `i` becomes lane `i` of row `k`.
     fn transpose(rows: [Self; LANES]) -> [Self; LANES];
-
-    #[doc(hidden)]
-    fn select(mask: Self, yes: Self, no: Self) -> Self;
-    #[doc(hidden)]
-    fn bitmask(mask: Self) -> u8;
-    #[doc(hidden)]
-    fn mask_from_bits(bits: u8) -> Self;
 }
 
 macro_rules! impl_lane {
@@ -541,8 +530,8 @@ macro_rules! impl_lane {
             fn pow(self, y: Self) -> Self {
                 // `wide` computes exp2(y log2 x); where x is 0 the logarithm is not to be trusted.
                 let zero = self.simd_le(Self::zero());
-                let at_zero = Self::select(y.simd_eq(Self::zero()), Self::lit(1.0), Self::zero());
-                Self::select(zero, at_zero, self.powf_simd(y))
+                let at_zero = y.simd_eq(Self::zero()).select(Self::lit(1.0), Self::zero());
+                zero.select(at_zero, self.powf_simd(y))
             }
             #[inline(always)]
             fn halves(self) -> [<$scalar as Scalar>::Quad; 2] {
@@ -556,20 +545,6 @@ macro_rules! impl_lane {
             #[inline(always)]
             fn transpose(rows: [Self; LANES]) -> [Self; LANES] {
                 <$lane>::transpose(rows)
-            }
-            #[inline(always)]
-            fn select(mask: Self, yes: Self, no: Self) -> Self {
-                mask.select(yes, no)
-            }
-            #[inline(always)]
-            fn bitmask(mask: Self) -> u8 {
-                mask.to_bitmask() as u8
-            }
-            #[inline(always)]
-            fn mask_from_bits(bits: u8) -> Self {
-                // (Tables of all masks would take half of a first-level cache.)
-                let own = <$bits>::from([1, 2, 4, 8, 16, 32, 64, 128]);
-                bytemuck::cast((own & <$bits>::splat(bits.into())).simd_eq(own))
             }
         }
     };

@@ -8,41 +8,28 @@ use crate::csg::{Asker, Best, Composite, Part, PartRoots, Scratch, Stretch};
 use crate::kernel::{Block, Left, Looking, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, equal_lanes, f64x8};
 
-/// Tests a run of composites for rays that care for the classes of `filter`.
+/// Packets that come to composites: their rays, and these as composites' bounds see them, once one has asked.
+pub struct Comers<'a, L: Lane> {
+    /// By packet.
+    pub queries: &'a mut [Query<L>],
+    /// By packet.
+    pub stretches: &'a mut [Option<Stretch>],
+}
+
+/// Tests a run of composites for `lanes` of two packets (for the same one twice where there is no other, which then has none), whose
+/// rays care for the classes of `filter`: by packet, the lanes that have found something.
 #[inline(always)]
 pub fn composites<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Geometry<S, B>,
     run: &Run,
-    query: &mut Query<S::Lane>,
-    (lanes, filter): (u8, u8),
-    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
-) -> u8 {
-    let mut changed = 0;
-    for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
-        let waiting = if ANY { lanes & !changed } else { lanes };
-        changed |= one::<S, B, ANY>(scene, composite, query, (waiting, filter), (scratch, stretch));
-        if ANY && changed == lanes {
-            break;
-        }
-    }
-    changed
-}
-
-/// The same for two packets at once.
-#[inline(always)]
-pub fn composites_of_two<S: Scalar, B: Scalar, const ANY: bool>(
-    scene: &Geometry<S, B>,
-    run: &Run,
-    queries: [&mut Query<S::Lane>; 2],
-    (lanes, filter): ([u8; 2], u8),
-    (scratch, stretches): (&mut Scratch, [&mut Option<Stretch>; 2]),
+    comers: &mut Comers<S::Lane>,
+    (which, lanes, filter): ([usize; 2], [u8; 2], u8),
+    scratch: &mut Scratch,
 ) -> [u8; 2] {
-    let ([query, other], [stretch, other_stretch]) = (queries, stretches);
     let mut changed = [0; 2];
     for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
         let waiting = [0, 1].map(|k| if ANY { lanes[k] & !changed[k] } else { lanes[k] });
-        let (queries, stretches) = ([&mut *query, &mut *other], [&mut *stretch, &mut *other_stretch]);
-        let now = two::<S, B, ANY>(scene, composite, queries, (waiting, filter), (scratch, stretches));
+        let now = one::<S, B, ANY>(scene, composite, comers, (which, waiting, filter), scratch);
         changed = [0, 1].map(|k| changed[k] | now[k]);
         if ANY && changed == lanes {
             break;
@@ -57,39 +44,22 @@ pub fn composites_of_two<S: Scalar, B: Scalar, const ANY: bool>(
 fn one<S: Scalar, B: Scalar, const ANY: bool>(
     scene: &Geometry<S, B>,
     composite: &Composite,
-    query: &mut Query<S::Lane>,
-    (lanes, filter): (u8, u8),
-    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
-) -> u8 {
-    let mut room = None;
-    let mut best = best(scene, query);
-    let mut asker = asker(scene, composite, query, (lanes, &mut room));
-    let changed = scene.csg.nearest(composite, (&mut asker, stretch), (ANY, filter), scratch, &mut best);
-    let Best { t, surface, .. } = best;
-    take::<S::Lane, ANY>(query, changed, (t, surface));
-    changed
-}
-
-/// Tests a composite for two packets.
-#[inline(never)]
-fn two<S: Scalar, B: Scalar, const ANY: bool>(
-    scene: &Geometry<S, B>,
-    composite: &Composite,
-    [query, other]: [&mut Query<S::Lane>; 2],
-    ([lanes, other_lanes], filter): ([u8; 2], u8),
-    (scratch, stretches): (&mut Scratch, [&mut Option<Stretch>; 2]),
+    comers: &mut Comers<S::Lane>,
+    ([a, b], lanes, filter): ([usize; 2], [u8; 2], u8),
+    scratch: &mut Scratch,
 ) -> [u8; 2] {
+    let Comers { queries, stretches } = comers;
     let (mut room, mut other_room) = (None, None);
-    let mut both = [best(scene, query), best(scene, other)];
+    let mut both = [best(scene, &queries[a]), best(scene, &queries[b])];
     let mut askers = [
-        asker(scene, composite, query, (lanes, &mut room)),
-        asker(scene, composite, other, (other_lanes, &mut other_room)),
+        asker(scene, composite, &queries[a], (lanes[0], &mut room)),
+        asker(scene, composite, &queries[b], (lanes[1], &mut other_room)),
     ];
     let changed =
-        scene.csg.nearest_of_two(composite, (&mut askers, stretches), (ANY, filter), scratch, &mut both);
+        scene.csg.nearest(composite, (&mut askers, stretches, [a, b]), (ANY, filter), scratch, &mut both);
     let [found, other_found] = both.map(|Best { t, surface, .. }| (t, surface));
-    take::<S::Lane, ANY>(query, changed[0], found);
-    take::<S::Lane, ANY>(other, changed[1], other_found);
+    take::<S::Lane, ANY>(&mut queries[a], changed[0], found);
+    take::<S::Lane, ANY>(&mut queries[b], changed[1], other_found);
     changed
 }
 
@@ -153,6 +123,7 @@ pub fn surfaces<S: Scalar, B: Scalar>(
 }
 
 /// Crossings of composites' parts.
+#[derive(Clone, Copy)]
 pub struct Parts<'a, S: Scalar, B: Scalar> {
     /// Where the parts are.
     pub scene: &'a Geometry<S, B>,

@@ -1,6 +1,6 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
-use super::composite::{composites, composites_of_two};
+use super::composite::{Comers, composites};
 use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
 use super::query::Query;
@@ -195,7 +195,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
         match run.kind {
-            COMPOSITE => self.composites(run, packet, lanes),
+            COMPOSITE => self.composites(run, [packet; 2], [lanes, 0])[0],
             INSTANCE => self.instances(run, packet, &[lanes])[0],
             _ => self.primitives(run, packet..packet + 1, lanes),
         }
@@ -254,12 +254,15 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         found
     }
 
-    /// Tests a run of composites.
+    /// Tests a run of composites against lanes of two packets, or of one packet named twice: what they have found.
     #[inline(always)]
-    fn composites(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
-        self.count.leaf(run.len, lanes.count_ones());
-        let buffers = (&mut self.buffers.scratch, &mut self.stretches[packet]);
-        composites::<S, B, ANY>(self.scene, run, &mut self.queries[packet], (lanes, self.filter), buffers)
+    fn composites(&mut self, run: &Run, which: [usize; 2], lanes: [u8; 2]) -> [u8; 2] {
+        for lanes in lanes.iter().filter(|&&lanes| lanes != 0) {
+            self.count.leaf(run.len, lanes.count_ones());
+        }
+        let mut comers = Comers { queries: self.queries, stretches: self.stretches };
+        let scratch = &mut self.buffers.scratch;
+        composites::<S, B, ANY>(self.scene, run, &mut comers, (which, lanes, self.filter), scratch)
     }
 
     /// Tests a run of composites against some packets, two by two: by packet, the lanes that have found something.
@@ -273,22 +276,10 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     ) {
         let mut which = each_packet(which);
         while let Some(a) = which.next() {
-            let Some(b) = which.next() else {
-                found[a] = self.composites(run, a, packets[a].live());
-                return;
-            };
-            let lanes = [a, b].map(|k| packets[k].live());
-            for lanes in lanes {
-                self.count.leaf(run.len, lanes.count_ones());
-            }
-            let (Ok(queries), Ok(stretches)) =
-                (self.queries.get_disjoint_mut([a, b]), self.stretches.get_disjoint_mut([a, b]))
-            else {
-                return;
-            };
-            let buffers = (&mut self.buffers.scratch, stretches);
-            [found[a], found[b]] =
-                composites_of_two::<S, B, ANY>(self.scene, run, queries, (lanes, self.filter), buffers);
+            let (b, live) = which.next().map_or((a, 0), |b| (b, packets[b].live()));
+            let [of_a, of_b] = self.composites(run, [a, b], [packets[a].live(), live]);
+            found[b] = of_b;
+            found[a] = of_a;
         }
     }
 
