@@ -1,7 +1,7 @@
 //! Packets of rays that ask for surfaces of a composite, always two at once: most of it takes as long for two as for one.
 //!
-//! (Where there is no other, the second is idle. Code for one packet beside that for two was no faster, measured with vectors of
-//! sixteen numbers and of eight: what idle lanes take is saved where code is fetched.)
+//! (Where there is no other, the second is idle. Code for one packet beside that for two was no faster, with vectors of sixteen
+//! numbers and of eight: what idle lanes take is saved where code is fetched.)
 
 use crate::kernel::Rays;
 use crate::lane::f64x8;
