@@ -4,7 +4,7 @@
 //! numbers and of eight: what idle lanes take is saved where code is fetched.)
 
 use crate::kernel::Rays;
-use crate::lane::f64x8;
+use crate::lane::{LANES, f64x8};
 
 /// Eight rays that ask for surfaces of a composite.
 #[derive(Debug, Clone, Copy)]
@@ -15,10 +15,8 @@ pub struct Asker<'a, Q> {
     pub source: Q,
     /// Those that ask.
     pub lanes: u8,
-    /// They look beyond this,
+    /// They look beyond this.
     pub t_min: f64x8,
-    /// and up to here.
-    pub t_max: f64x8,
     /// Lanes that hold a ray, whether it asks or not.
     pub all: u8,
 }
@@ -41,4 +39,10 @@ pub(super) fn by_packets(bits: impl Fn(usize) -> u8) -> u16 {
 #[inline(always)]
 pub(super) fn of_packet(bits: u16, k: usize) -> u8 {
     bits.to_le_bytes()[k & 1]
+}
+
+/// Bits of packet `k`, and none of the other.
+#[inline(always)]
+pub(super) fn in_packet(bits: u8, k: usize) -> u16 {
+    u16::from(bits) << (k * LANES)
 }

@@ -157,7 +157,6 @@ impl Beam {
 mod tests {
     use super::*;
     use crate::kernel::OwnSpace;
-    use crate::lane::f32x16;
     use crate::random::Random;
 
     /// A body, the bounds it is given with, and whether a place is inside.

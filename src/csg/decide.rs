@@ -3,7 +3,7 @@
 //!
 //! Or all surfaces, in the same way. Lanes in which anything is near to anything else are left to the walk along all crossings.
 
-use super::asker::{Asker, of_packet};
+use super::asker::{Asker, in_packet, of_packet};
 use super::best::Best;
 use super::bracket::least;
 use super::parts::{Many, PartSet};
@@ -63,7 +63,7 @@ impl CsgTree {
         best: &mut [Best; 2],
     ) -> Decided {
         let lines = FootRays::new(plan, askers);
-        let mut window = Window::new(plan, &lines, askers);
+        let mut window = Window::new(plan, &lines, (askers, [best[0].t, best[1].t]));
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
             return Decided { changed: 0, doubt: window.doubt };
@@ -80,14 +80,14 @@ impl CsgTree {
             let (mut found, which) = (of_packet(known, k), nearest.which.eight(k));
             while found != 0 {
                 let part = which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
-                let these = Lane::equal(which, f32x8::splat(part)).bits() & found;
+                let these = which.equal(f32x8::splat(part)).bits() & found;
                 found &= !these;
                 let number = question.first + part as u32;
                 let t = self.crossing((k, number), &question, *at, sketch);
                 let known = t.equal(t).bits();
-                window.doubt |= u16::from(these & !known) << (k * LANES);
+                window.doubt |= in_packet(these & !known, k);
                 let wanted = (t.gt(asker.t_min) & t.le(best[k].t)).bits() & these & known;
-                changed |= u16::from(best[k].take(number, t, wanted)) << (k * LANES);
+                changed |= in_packet(best[k].take(number, t, wanted), k);
             }
         }
         Decided { changed, doubt: window.doubt }
@@ -161,17 +161,18 @@ impl CsgTree {
         nearest
     }
 
-    /// As [`CsgTree::surfaces`] for the first of two askers, in the lanes where it can be told in single precision: those where it cannot.
+    /// As [`CsgTree::surfaces`] for the first of two askers, in the lanes where it can be told in single precision: those where it
+    /// cannot.
     #[inline(always)]
     pub(super) fn decide_all<P: PartSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        askers: &[Asker<impl PartRoots>; 2],
+        (askers, t_max): (&[Asker<impl PartRoots>; 2], f64x8),
         sketch: &mut Sketch,
         found: &mut impl FnMut(u32, f64x8, u8),
     ) -> u8 {
         let lines = FootRays::new(plan, askers);
-        let mut window = Window::new(plan, &lines, askers);
+        let mut window = Window::new(plan, &lines, (askers, [t_max; 2]));
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
             return of_packet(window.doubt, 0);

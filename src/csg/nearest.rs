@@ -1,7 +1,7 @@
 //! The nearest surface of a composite along the rays of two packets, and all of them along those of one.
 
 use super::along::{Along, Place, TIE};
-use super::asker::{Asker, of_packet};
+use super::asker::{Asker, by_packets, of_packet};
 use super::best::Best;
 use super::cull::{Near, PartCrossings, Span, Stretch};
 use super::decide::Decided;
@@ -15,7 +15,7 @@ const AHEAD: usize = 4;
 
 impl CsgTree {
     /// Puts the nearest surface of `composite` beyond two askers' `t_min` into their `best`, in the lanes that ask where it is nearer
-    /// than what stands there, which is their `t_max`; returns the lanes that changed. With `any`, a lane is done when it has changed
+    /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed
     /// once. The askers are packets `which` of those that `stretches` are kept of, once one has been asked for; the rays are of
     /// `classes`.
     #[inline(always)]
@@ -34,7 +34,7 @@ impl CsgTree {
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best),
             Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best),
-            None => Decided { changed: 0, doubt: u16::from_le_bytes([askers[0].lanes, askers[1].lanes]) },
+            None => Decided { changed: 0, doubt: by_packets(|k| askers[k].lanes) },
         };
         let mut changed = [0; 2];
         for (k, best) in best.iter_mut().enumerate() {
@@ -128,7 +128,8 @@ impl CsgTree {
         changed
     }
 
-    /// Hands on all surfaces of `composite` where the asker looks, in no order: parts, distances and the lanes they hold for. Otherwise as [`CsgTree::nearest`].
+    /// Hands on all surfaces of `composite` before `t_max` where the asker looks, in no order: parts, distances and the lanes they hold
+    /// for. Otherwise as [`CsgTree::nearest`].
     ///
     /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
     /// them would go the way of all crossings.
@@ -137,7 +138,7 @@ impl CsgTree {
         &self,
         composite: &Composite,
         (asker, stretch): (&mut Asker<impl PartRoots + Copy>, &mut Option<Stretch>),
-        classes: u8,
+        (t_max, classes): (f64x8, u8),
         scratch: &mut Scratch,
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
@@ -145,14 +146,16 @@ impl CsgTree {
         let askers = [*asker, asker.idle()];
         let sketch = scratch.sketch.get_or_insert_default();
         let doubt = match &composite.plan {
-            Some(Plan::Few(plan)) => self.decide_all((composite, plan), &askers, sketch, &mut found),
-            Some(Plan::Many(plan)) => self.decide_all((composite, plan), &askers, sketch, &mut found),
+            Some(Plan::Few(plan)) => self.decide_all((composite, plan), (&askers, t_max), sketch, &mut found),
+            Some(Plan::Many(plan)) => {
+                self.decide_all((composite, plan), (&askers, t_max), sketch, &mut found)
+            }
             None => asker.lanes,
         };
         if doubt != 0 {
-            let Asker { rays, source, t_min, t_max, all, .. } = asker;
+            let Asker { rays, source, t_min, all, .. } = asker;
             let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, *all));
-            let looking = (doubt, [*t_min, *t_max], classes);
+            let looking = (doubt, [*t_min, t_max], classes);
             self.walk_all(composite, (rays, stretch), looking, source, scratch, found);
         }
     }

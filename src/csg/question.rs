@@ -148,13 +148,17 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// In the ball around all parts, between start and end.
+    /// In the ball around all parts, between where askers start to look and `t_max`.
     #[inline(always)]
-    pub(super) fn new<P, Q>(plan: &Decision<P>, lines: &FootRays, askers: &[Asker<Q>; 2]) -> Self {
+    pub(super) fn new<P, Q>(
+        plan: &Decision<P>,
+        lines: &FootRays,
+        (askers, t_max): (&[Asker<Q>; 2], [f64x8; 2]),
+    ) -> Self {
         let (FootRays { rays, shift }, pad) = (lines, f32x16::splat(plan.pad));
         let singles = |of: &dyn Fn(usize) -> f64x8| f32x16::of(|k| f32x8::from_f64s(of(k)));
         let start = singles(&|k| askers[k].t_min - shift[k]);
-        let end = singles(&|k| askers[k].t_max - shift[k]);
+        let end = singles(&|k| t_max[k] - shift[k]);
         let own = singles(&|k| -shift[k] - askers[k].t_min);
         let chord = (f32x16::splat(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
         let (low, high) = (most(start - pad, -chord), least(end + pad, chord));
@@ -471,7 +475,7 @@ impl CsgTree {
         let mut t = f64x8::lit(f64::NAN);
         for &crossing in &crossings[range] {
             let here = f32x8::from_f64s(crossing - shift);
-            let between = Lane::ge(here, low) & Lane::le(here, high);
+            let between = here.ge(low) & here.le(high);
             t = between.cast().select(crossing, t);
         }
         t

@@ -87,7 +87,6 @@ fn asker<'a, S: Scalar, B: Scalar>(
         source: Parts::of(scene, composite, query),
         lanes,
         t_min: query.t_min.to_f64s().in_register(),
-        t_max: query.t.to_f64s().in_register(),
         all: query.lanes,
     }
 }
@@ -119,7 +118,7 @@ pub fn surfaces<S: Scalar, B: Scalar>(
     let mut room = None;
     let mut asker = asker(scene, composite, query, (lanes, &mut room));
     let found = |part, t, lanes| found(scene.first_part + part, t, lanes);
-    scene.csg.surfaces(composite, (&mut asker, stretch), filter, scratch, found);
+    scene.csg.surfaces(composite, (&mut asker, stretch), (query.t.to_f64s(), filter), scratch, found);
 }
 
 /// Crossings of composites' parts.

@@ -278,8 +278,8 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         while let Some(a) = which.next() {
             let (b, live) = which.next().map_or((a, 0), |b| (b, packets[b].live()));
             let [of_a, of_b] = self.composites(run, [a, b], [packets[a].live(), live]);
-            found[b] = of_b;
-            found[a] = of_a;
+            // (The second first: it may be the first again, idle.)
+            (found[b], found[a]) = (of_b, of_a);
         }
     }
 
