@@ -10,6 +10,7 @@ mod crosscheck;
 mod html;
 mod number;
 mod overwrite;
+mod pages;
 mod paths;
 mod povray;
 mod progress;
@@ -87,8 +88,13 @@ pub use cpu::refuse_if_too_old;
 /// Runs what the arguments say. Not to be mixed with what comes before it, which must run on any CPU.
 #[inline(never)]
 pub fn main() -> ExitCode {
+    pages::keep_small();
     cpu::warn_if_too_plain();
-    let done = match Cli::parse().command {
+    let command = Cli::parse().command;
+    if matches!(command, Command::Bench(_) | Command::Crosscheck(_) | Command::Rays(_)) {
+        pages::let_be();
+    }
+    let done = match command {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Compare(args) => compare::run(&args),

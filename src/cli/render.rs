@@ -3,6 +3,7 @@
 use super::Failure;
 use super::number::number;
 use super::overwrite::{Named, refuse_overwrites};
+use super::pages;
 use super::progress::Bar;
 use super::scene::{SceneArgs, load_with_files};
 use super::stats::Stats;
@@ -227,6 +228,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         occupancy: args.occupancy,
         ..args.tracing.options(size.0, size.1)
     };
+    pages::let_be_for(&scene);
     let bar = Bar::new(size.0 * size.1, args.quiet);
     let progress = |progress| bar.update(progress);
     let failure = |error: RenderError| match error {
