@@ -1,32 +1,22 @@
 //! Which pages the system gives this process: small ones until a scene turns out to be large.
 //!
-//! mimalloc asks for pages of 2 MB. The kernel clears such a page when it is first written to, whatever is used of it: a small scene's
-//! threads, whose buffers have pages by their sizes, clear 8 MB each and use 3. And a virtual machine may have handed free
-//! pages of that size, but not smaller ones, back to its host: to have one again takes milliseconds. Large trees are worth that, as
-//! their nodes lie anywhere, and to look up a small page costs as much as a node.
+//! mimalloc asks for pages of 2 MB. The kernel clears such a page when it is first written to, whatever is used of it: a few balls on a
+//! plane hold 24 MB so, and 18 in small pages. And a virtual machine may have handed free pages of that size, but not
+//! smaller ones, back to its host: to have one again takes milliseconds. Large trees are worth that, as their nodes lie
+//! anywhere, and to look up a small page costs as much as a node.
 
-use octray::render::kept_shapes;
+use super::scene::is_over_limit;
 use octray::scene::Scene;
+pub use system::{keep_small, let_be};
 
-/// Scenes of so many shapes are large. (In small pages traces of 66,000 spheres take 0.95 to 0.98 of the time, of 256,000 and 524,000
+/// Scenes of more shapes are large. (In small pages traces of 66,000 spheres take 0.95 to 0.98 of the time, of 256,000 and 524,000
 /// triangles 1.01 to 1.05, but whole processes 0.69 to 1.03, those of two million spheres 0.65. Among 10^6 triangles rays are no
 /// slower; among 10^7 camera rays take 1.3.)
 const MANY: u64 = 1 << 22;
 
-/// From now on pages are small. (Where that cannot be had all is as it was.)
-pub fn keep_small() {
-    system::keep_small();
-}
-
-/// Pages are again what they were before [`keep_small`]: for what works with much memory, and for what starts other programs,
-/// which inherit it.
-pub fn let_be() {
-    system::let_be();
-}
-
-/// The same where `scene` is large.
-pub fn let_be_for(scene: &Scene) {
-    if kept_shapes(scene, MANY) >= MANY {
+/// [`let_be`] where `scene`, of so many `shapes`, is large.
+pub fn let_be_for(scene: &Scene, shapes: u64) {
+    if is_over_limit(scene, shapes, MANY) {
         let_be();
     }
 }
@@ -39,6 +29,7 @@ mod system {
     /// It is this program that has disabled huge pages, not whoever started it.
     static DISABLED: AtomicBool = AtomicBool::new(false);
 
+    /// From now on pages are small. (Where that cannot be had all is as it was.)
     pub fn keep_small() {
         if transparent_huge_pages_are_disabled() == Ok(false) && disable_transparent_huge_pages(true).is_ok()
         {
@@ -46,6 +37,8 @@ mod system {
         }
     }
 
+    /// Pages are again what they were before [`keep_small`]: for what works with much memory, and for what starts other programs,
+    /// which inherit it.
     pub fn let_be() {
         if DISABLED.swap(false, Ordering::Relaxed) {
             // (What cannot be had costs time, and nothing else.)

@@ -5,7 +5,7 @@ use super::number::number;
 use super::overwrite::{Named, refuse_overwrites};
 use super::pages;
 use super::progress::Bar;
-use super::scene::{SceneArgs, load_with_files};
+use super::scene::{Loaded, SceneArgs, load_whole};
 use super::stats::Stats;
 use super::streams::to_stdout;
 use clap::ValueEnum;
@@ -213,7 +213,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = Instant::now();
     let output = Output::of(args)?;
     let size = (args.width as usize, args.height as usize);
-    let (scene, files_read) = load_with_files(&args.scene, &args.scene_args, size, args.quiet)?;
+    let Loaded { scene, files_read, shapes } = load_whole(&args.scene, &args.scene_args, size, args.quiet)?;
     let read: Vec<_> = files_read.iter().map(|path| ("file that the scene reads", &**path)).collect();
     refuse_overwrites(&read, &output.written(args))?;
     let parse_s = start.elapsed().as_secs_f64();
@@ -228,7 +228,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         occupancy: args.occupancy,
         ..args.tracing.options(size.0, size.1)
     };
-    pages::let_be_for(&scene);
+    pages::let_be_for(&scene, shapes);
     let bar = Bar::new(size.0 * size.1, args.quiet);
     let progress = |progress| bar.update(progress);
     let failure = |error: RenderError| match error {

@@ -57,19 +57,28 @@ pub enum MessageFormat {
     Json,
 }
 
+/// A scene that can be rendered, and what reading it has shown.
+pub struct Loaded {
+    pub scene: Scene,
+    /// Every file that was read for it.
+    pub files_read: Vec<PathBuf>,
+    /// How many shapes of all kinds it has.
+    pub shapes: u64,
+}
+
 /// Reads a scene and prints its diagnostics, and unless `quiet` what its `#debug` and `#warning` write, to the
 /// standard error stream. `Failure::Scene` if it has errors, or too many shapes to be rendered.
 pub fn load(path: &Path, args: &SceneArgs, size: (usize, usize), quiet: bool) -> Result<Scene, Failure> {
-    load_with_files(path, args, size, quiet).map(|(scene, _)| scene)
+    load_whole(path, args, size, quiet).map(|loaded| loaded.scene)
 }
 
-/// The same, and every file that was read for it.
-pub fn load_with_files(
+/// The same, with all that is known of it.
+pub fn load_whole(
     path: &Path,
     args: &SceneArgs,
     size: (usize, usize),
     quiet: bool,
-) -> Result<(Scene, Vec<PathBuf>), Failure> {
+) -> Result<Loaded, Failure> {
     let found = eval::load(path, &options(args, size));
     print_messages(&found, quiet, args.message_format);
     if found.has_errors() {
@@ -80,7 +89,7 @@ pub fn load_with_files(
         let name = path.display();
         return Err(Failure::Large(format!("{name} has {}; {}", many(shapes), over_limit(args.max_shapes))));
     }
-    Ok((found.scene, found.files_read))
+    Ok(Loaded { scene: found.scene, files_read: found.files_read, shapes })
 }
 
 /// How many shapes of all kinds.
