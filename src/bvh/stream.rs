@@ -57,13 +57,10 @@ pub(super) fn walk_stream<B: Scalar>(
         }
         let node = &bvh.nodes[child.index()];
         let (met_by, nearest) = meet(node, who, &rays, visit);
-        let met = (0..LANES).fold(0u8, |met, c| {
-            met | u8::from((node.child[c] != Child::NONE) & (met_by[c].iter().fold(0, |a, b| a | b) != 0))
-                << c
-        });
+        let met = nearest.lt(B::Lane::lit(f64::INFINITY)).bits() & node.present();
         for c in bits(met) {
             bvh.prefetch(node.child[c], fetches, |run| visit.prefetch(run));
-            let entry = Entry { near: nearest.lanes()[c], child: node.child[c], who: met_by[c] };
+            let entry = Entry { near: nearest.lanes()[c], child: node.child[c], who: met_by.rays(c) };
             waiting[top + farther_than(nearest, met, c)] = entry;
         }
         top += met.count_ones() as usize;
@@ -137,21 +134,35 @@ static BIT_OF: [[u32; 2]; RAYS] = {
     all
 };
 
-/// Holds the rays `who` against a node's boxes: child by child, which rays meet it, and where the first of them does.
+/// Which rays meet the children of a node: by half, a child a lane, the rays' bits in two numbers. (Read child by child where they
+/// stand: to put together those of all children takes longer than to test a ray.)
+struct MetBy<B: Scalar>([[B::Lane; 2]; HALVES]);
+
+impl<B: Scalar> MetBy<B> {
+    /// Those of one child.
+    #[inline(always)]
+    fn rays(&self, child: usize) -> GroupRays {
+        let bits = |numbers: &B::Lane| u64::from(numbers.lanes()[child & (LANES - 1)].as_bits());
+        self.0.each_ref().map(|[low, high]| bits(low) | bits(high) << 32)
+    }
+}
+
+/// Holds the rays `who` against a node's boxes: child by child, which rays meet it, and where the first of them does, if any. (Of
+/// children that are not there, too.)
 #[inline(always)]
 fn meet<B: Scalar>(
     node: &Node<B>,
     who: GroupRays,
     rays: &StreamRays<B>,
     visit: &mut impl Visit<B>,
-) -> ([GroupRays; LANES], B::Lane) {
-    let mut met_by = [[0; HALVES]; LANES];
+) -> (MetBy<B>, B::Lane) {
+    let mut met_by = MetBy([[B::Lane::zero(); 2]; HALVES]);
     let mut nearest = B::Lane::lit(f64::INFINITY);
     for (half, who) in who.into_iter().enumerate() {
         if who == 0 {
             continue;
         }
-        // A ray's bit in the lanes of the children that it meets. (Of children that are not there, too.)
+        // A ray's bit in the lanes of the children that it meets.
         let mut met_here = [B::Lane::zero(); 2];
         for ray in bits_of_many::<RAYS>(who) {
             // Numbers are read where they stand: to move eight of them for one costs a stall.
@@ -172,10 +183,7 @@ fn meet<B: Scalar>(
                 *met_here = *met_here | met.keep(B::Lane::splat(B::of_bits(bits)));
             }
         }
-        let [low, high] = met_here.map(Lane::to_array);
-        for (c, met_by) in met_by.iter_mut().enumerate() {
-            met_by[half] = u64::from(low[c].as_bits()) | u64::from(high[c].as_bits()) << 32;
-        }
+        met_by.0[half] = met_here;
     }
     (met_by, nearest)
 }
