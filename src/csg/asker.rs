@@ -13,20 +13,10 @@ pub struct Asker<'a, Q> {
     pub rays: &'a Rays<f64x8>,
     /// What its parts do along them.
     pub source: Q,
-    /// Those that ask.
-    pub lanes: u8,
     /// They look beyond this.
     pub t_min: f64x8,
     /// Lanes that hold a ray, whether it asks or not.
     pub all: u8,
-}
-
-impl<Q: Copy> Asker<'_, Q> {
-    /// The same, none of whose rays asks.
-    #[inline(always)]
-    pub(super) fn idle(&self) -> Self {
-        Self { lanes: 0, ..*self }
-    }
 }
 
 /// Bits of lanes, packet by packet.

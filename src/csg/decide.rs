@@ -58,12 +58,12 @@ impl CsgTree {
     pub(super) fn decide<P: PartSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        (askers, any): (&[Asker<impl PartRoots>; 2], bool),
+        (askers, lanes, any): ([&Asker<impl PartRoots>; 2], u16, bool),
         sketch: &mut Sketch,
         best: &mut [Best; 2],
     ) -> Decided {
         let lines = FootRays::new(plan, askers);
-        let mut window = Window::new(plan, &lines, (askers, [best[0].t, best[1].t]));
+        let mut window = Window::new(plan, &lines, (askers, lanes), [best[0].t, best[1].t]);
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
             return Decided { changed: 0, doubt: window.doubt };
@@ -98,7 +98,7 @@ impl CsgTree {
     pub(super) fn decide_many(
         &self,
         plan: (&Composite, &Decision<Many>),
-        looking: (&[Asker<impl PartRoots>; 2], bool),
+        looking: ([&Asker<impl PartRoots>; 2], u16, bool),
         sketch: &mut Sketch,
         best: &mut [Best; 2],
     ) -> Decided {
@@ -161,18 +161,18 @@ impl CsgTree {
         nearest
     }
 
-    /// As [`CsgTree::surfaces`] for the first of two askers, in the lanes where it can be told in single precision: those where it
-    /// cannot.
+    /// As [`CsgTree::surfaces`] for the first of two askers, the only one that asks, in the lanes where it can be told in single
+    /// precision: those where it cannot.
     #[inline(always)]
     pub(super) fn decide_all<P: PartSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        (askers, t_max): (&[Asker<impl PartRoots>; 2], f64x8),
+        (askers, lanes, t_max): ([&Asker<impl PartRoots>; 2], u8, f64x8),
         sketch: &mut Sketch,
         found: &mut impl FnMut(u32, f64x8, u8),
     ) -> u8 {
         let lines = FootRays::new(plan, askers);
-        let mut window = Window::new(plan, &lines, (askers, [t_max; 2]));
+        let mut window = Window::new(plan, &lines, (askers, lanes.into()), [t_max; 2]);
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
             return of_packet(window.doubt, 0);
@@ -183,10 +183,9 @@ impl CsgTree {
             if !rule.all.within.is_within(near) {
                 continue;
             }
-            let bracket = *sketch.of(part);
-            let ends = bracket.ends();
+            let bracket = sketch.of(part);
+            let (ends, met, sharp) = (bracket.ends(), bracket.is_met(), bracket.is_sharp());
             let away = window.leave_start(ends, question.on(part));
-            let (met, sharp) = (bracket.is_met(), bracket.is_sharp());
             for (end, away) in ends.into_iter().zip(away) {
                 let wanted = met & end.meets(window.low, window.high) & Mask::from_bits(window.live & away);
                 if wanted.none() {

@@ -14,7 +14,7 @@ use crate::lane::{LANES, Lane, choose, f32x8, f64x8};
 const AHEAD: usize = 4;
 
 impl CsgTree {
-    /// Puts the nearest surface of `composite` beyond two askers' `t_min` into their `best`, in the lanes that ask where it is nearer
+    /// Puts the nearest surface of `composite` beyond two askers' `t_min` into their `best`, in the `lanes` that ask where it is nearer
     /// than what stands there; returns the lanes that changed. With `any`, a lane is done when it has changed
     /// once. The askers are packets `which` of those that `stretches` are kept of, once one has been asked for; the rays are of
     /// `classes`.
@@ -22,23 +22,25 @@ impl CsgTree {
     pub fn nearest(
         &self,
         composite: &Composite,
-        (askers, stretches, which): (&mut [Asker<impl PartRoots>; 2], &mut [Option<Stretch>], [usize; 2]),
+        (askers, mut lanes): ([&Asker<impl PartRoots>; 2], [u8; 2]),
+        (stretches, which): (&mut [Option<Stretch>], [usize; 2]),
         (any, classes): (bool, u8),
         scratch: &mut Scratch,
         best: &mut [Best; 2],
     ) -> [u8; 2] {
-        for (asker, k) in askers.iter_mut().zip(which) {
-            asker.lanes &= asked(composite, asker, &mut stretches[k]);
+        for (k, lanes) in lanes.iter_mut().enumerate() {
+            *lanes &= asked(composite, askers[k], &mut stretches[which[k]]);
         }
-        let (looking, sketch) = ((&*askers, any), scratch.sketch.get_or_insert_default());
+        let lanes = by_packets(|k| lanes[k]);
+        let (looking, sketch) = ((askers, lanes, any), scratch.sketch.get_or_insert_default());
         let decided = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide((composite, plan), looking, sketch, best),
             Some(Plan::Many(plan)) => self.decide_many((composite, plan), looking, sketch, best),
-            None => Decided { changed: 0, doubt: by_packets(|k| askers[k].lanes) },
+            None => Decided { changed: 0, doubt: lanes },
         };
         let mut changed = [0; 2];
         for (k, best) in best.iter_mut().enumerate() {
-            let asker = (&askers[k], &mut stretches[which[k]]);
+            let asker = (askers[k], &mut stretches[which[k]]);
             changed[k] = self.rest(composite, asker, (decided, k), (any, classes), scratch, best);
         }
         changed
@@ -128,7 +130,7 @@ impl CsgTree {
         changed
     }
 
-    /// Hands on all surfaces of `composite` before `t_max` where the asker looks, in no order: parts, distances and the lanes they hold
+    /// Hands on all surfaces of `composite` before `t_max` where `lanes` of the asker look, in no order: parts, distances and the lanes they hold
     /// for. Otherwise as [`CsgTree::nearest`].
     ///
     /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
@@ -137,20 +139,18 @@ impl CsgTree {
     pub fn surfaces(
         &self,
         composite: &Composite,
-        (asker, stretch): (&mut Asker<impl PartRoots + Copy>, &mut Option<Stretch>),
+        (asker, lanes, stretch): (&Asker<impl PartRoots>, u8, &mut Option<Stretch>),
         (t_max, classes): (f64x8, u8),
         scratch: &mut Scratch,
         mut found: impl FnMut(u32, f64x8, u8),
     ) {
-        asker.lanes &= asked(composite, asker, stretch);
-        let askers = [*asker, asker.idle()];
+        let lanes = lanes & asked(composite, asker, stretch);
+        let looking = ([asker; 2], lanes, t_max);
         let sketch = scratch.sketch.get_or_insert_default();
         let doubt = match &composite.plan {
-            Some(Plan::Few(plan)) => self.decide_all((composite, plan), (&askers, t_max), sketch, &mut found),
-            Some(Plan::Many(plan)) => {
-                self.decide_all((composite, plan), (&askers, t_max), sketch, &mut found)
-            }
-            None => asker.lanes,
+            Some(Plan::Few(plan)) => self.decide_all((composite, plan), looking, sketch, &mut found),
+            Some(Plan::Many(plan)) => self.decide_all((composite, plan), looking, sketch, &mut found),
+            None => lanes,
         };
         if doubt != 0 {
             let Asker { rays, source, t_min, all, .. } = asker;

@@ -24,7 +24,7 @@ pub(super) struct FootRays {
 
 impl FootRays {
     #[inline(always)]
-    pub(super) fn new<P, Q>(plan: &Decision<P>, [a, b]: &[Asker<Q>; 2]) -> Self {
+    pub(super) fn new<P, Q>(plan: &Decision<P>, [a, b]: [&Asker<Q>; 2]) -> Self {
         let ((origin, dir, shift), other) = (foot(plan.middle, a.rays), foot(plan.middle, b.rays));
         let rays = Rays { origin: side_by_side(origin, other.0), dir: side_by_side(dir, other.1) };
         let shift = [shift.in_register(), other.2.in_register()];
@@ -103,7 +103,7 @@ pub(super) struct Question<'a, P, Q> {
     pub(super) first: u32,
     pub(super) plan: &'a Decision<P>,
     pub(super) rules: &'a Rules<P>,
-    askers: &'a [Asker<'a, Q>; 2],
+    askers: [&'a Asker<'a, Q>; 2],
     lines: &'a FootRays,
     /// Rays start on some of its parts.
     starts: bool,
@@ -114,7 +114,7 @@ impl<'a, P: PartSet, Q: PartRoots> Question<'a, P, Q> {
     pub(super) fn new(
         tree: &'a CsgTree,
         (composite, plan): (&Composite, &'a Decision<P>),
-        (askers, lines): (&'a [Asker<'a, Q>; 2], &'a FootRays),
+        (askers, lines): ([&'a Asker<'a, Q>; 2], &'a FootRays),
     ) -> Self {
         let (first, starts) = (composite.parts.start, askers.iter().any(|asker| asker.source.starts()));
         Self { first, plan, rules: P::rules(tree), askers, lines, starts }
@@ -148,12 +148,13 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// In the ball around all parts, between where askers start to look and `t_max`.
+    /// In the ball around all parts, between where those of the askers' `lanes` start to look and `t_max`.
     #[inline(always)]
     pub(super) fn new<P, Q>(
         plan: &Decision<P>,
         lines: &FootRays,
-        (askers, t_max): (&[Asker<Q>; 2], [f64x8; 2]),
+        (askers, lanes): ([&Asker<Q>; 2], u16),
+        t_max: [f64x8; 2],
     ) -> Self {
         let (FootRays { rays, shift }, pad) = (lines, f32x16::splat(plan.pad));
         let singles = |of: &dyn Fn(usize) -> f64x8| f32x16::of(|k| f32x8::from_f64s(of(k)));
@@ -163,7 +164,6 @@ impl Window {
         let chord = (f32x16::splat(plan.square) - rays.origin.fused_dot(rays.origin)).sqrt(); // NaN outside
         let (low, high) = (most(start - pad, -chord), least(end + pad, chord));
         let steady = by_packets(|k| shift[k].abs().le(f64x8::lit(plan.farthest)).bits());
-        let lanes = by_packets(|k| askers[k].lanes);
         let doubt = lanes & !steady;
         Self {
             low,
@@ -341,7 +341,7 @@ impl CsgTree {
             if lanes == 0 {
                 continue;
             }
-            let (Asker { rays, source, .. }, shift) = (&askers[k], lines.shift[k]);
+            let (Asker { rays, source, .. }, shift) = (askers[k], lines.shift[k]);
             let (pad, start) = (f32x8::splat(plan.pad), crossings.len());
             *packet = if endless {
                 let [from, to] = ends.map(|end| end.eight(k).to_f64s() + shift);
@@ -461,7 +461,7 @@ impl CsgTree {
         sketch: &mut Sketch,
     ) -> f64x8 {
         let &Question { askers, lines, plan, .. } = question;
-        let (Asker { rays, source, .. }, shift) = (&askers[k], lines.shift[k]);
+        let (Asker { rays, source, .. }, shift) = (askers[k], lines.shift[k]);
         let Sketch { crossings, asked, .. } = sketch;
         let known = asked.iter().find(|(other, _)| *other == (k, number)).map(|(_, range)| range.clone());
         let range = known.unwrap_or_else(|| {

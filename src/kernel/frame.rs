@@ -142,9 +142,9 @@ impl<S: Scalar> Frames<S> {
     /// Frame `i` in every lane.
     #[inline(always)]
     pub fn at(&self, i: usize) -> Frame<S::Lane> {
-        let [a, b, c, m @ ..] = self.to_own[i];
-        let row = |k: usize| Vec3::broadcast([m[k], m[k + 1], m[k + 2]]);
-        Frame { center: Vec3::broadcast([a, b, c]), rows: [row(0), row(3), row(6)] }
+        let row = &self.to_own[i];
+        let vector = |k: usize| Vec3::broadcast([row[k], row[k + 1], row[k + 2]]).map(S::Lane::in_register);
+        Frame { center: vector(0), rows: [vector(3), vector(6), vector(9)] }
     }
 
     /// Frame `index[k]` in lane `k`.

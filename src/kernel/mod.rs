@@ -197,6 +197,14 @@ pub struct Surfaces<L> {
 }
 
 impl<L: Lane> Surfaces<L> {
+    /// See [`Lane::in_register`].
+    #[inline(always)]
+    pub fn in_register(self) -> Self {
+        let Self { point, normal, u, v, part } = self;
+        let (point, normal) = (point.map(L::in_register), normal.map(L::in_register));
+        Self { point, normal, u: u.in_register(), v: v.in_register(), part }
+    }
+
     /// Takes the lanes of `mask` from `other`.
     #[inline(always)]
     pub fn put(&mut self, other: &Self, mask: Mask<L>) {
@@ -383,7 +391,7 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         _looking: Option<&Looking<S::Lane>>,
         out: &mut Vec<S::Lane>,
     ) -> Mask<S::Lane> {
-        out.extend_from_slice(self.roots(i, rays, left).as_ref());
+        out.extend(self.roots(i, rays, left).as_ref().iter().map(|root| root.in_register()));
         self.starts_inside(i, rays)
     }
 

@@ -43,12 +43,12 @@ fn largest_cubic_root(m: f64x8, n: f64x8, lanes: Mask<f64x8>) -> f64x8 {
         c - (c * (cc * f32x8::lit(4.0) - f32x8::lit(3.0)) - w) / (cc * f32x8::lit(12.0) - f32x8::lit(3.0));
     let trigonometric = root_m * (c * c * f32x8::lit(4.0) - f32x8::lit(2.0));
     if (three | !lanes.cast()).all() {
-        return trigonometric.cast();
+        return trigonometric.cast::<f64x8>().in_register();
     }
     // One real root, by Cardano: the cube root whose radicand does not cancel, and m over it.
     let cube = (n.abs() + Lane::max(discriminant, zero).sqrt()).cbrt();
     let cardano = cube.gt(zero).keep((cube + m / cube).copysign(n));
-    three.select(trigonometric, cardano).cast()
+    three.select(trigonometric, cardano).cast::<f64x8>().in_register()
 }
 
 /// The real roots of `s^4 + p s^2 + q s + c` in the lanes given, in two pairs: the lower two and the upper two where all are real.

@@ -367,7 +367,9 @@ impl<S: Scalar> Tori<S> {
     }
 
     fn ring(&self, i: usize) -> Ring {
-        Ring { major: f64x8::splat(self.major[i].to_f64()), minor: f64x8::splat(self.minor[i].to_f64()) }
+        let [major, minor] =
+            [&self.major, &self.minor].map(|column| f64x8::splat(column[i].to_f64()).in_register());
+        Ring { major, minor }
     }
 
     /// What single precision tells of rays that do not start here. `ends` by `t`.
@@ -414,7 +416,9 @@ impl<S: Scalar> Tori<S> {
         let noise = widened(frame.start_error(rays)).dot(own.dir.abs()) * bend
             + widened(frame.direction_error(rays)).dot(own.origin.abs());
         let on = left.on.cast();
-        let others = ring.crossings_left(&own, &Wanted { lanes: on & wanted.lanes, ..*wanted }, noise);
+        let [from, to] = [wanted.from, wanted.to].map(Lane::in_register);
+        let others =
+            ring.crossings_left(&own, &Wanted { from, to, lanes: on & wanted.lanes, ..*wanted }, noise);
         for (root, other) in roots.iter_mut().zip(others) {
             *root = on.select(other, *root);
         }

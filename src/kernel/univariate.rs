@@ -163,7 +163,9 @@ impl<const N: usize> Univariate<N> {
     #[inline(always)]
     pub(super) fn quadratic(three: [f64x8; 3]) -> Self {
         let mut c = [f64x8::zero(); N];
-        c[..3].copy_from_slice(&three);
+        for (c, of_power) in c.iter_mut().zip(three) {
+            *c = of_power.in_register();
+        }
         Self { c, len: 3 }
     }
 

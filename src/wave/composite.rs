@@ -51,12 +51,12 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     let Comers { queries, stretches } = comers;
     let (mut room, mut other_room) = (None, None);
     let mut both = [best(scene, &queries[a]), best(scene, &queries[b])];
-    let mut askers = [
-        asker(scene, composite, &queries[a], (lanes[0], &mut room)),
-        asker(scene, composite, &queries[b], (lanes[1], &mut other_room)),
+    let askers = [
+        &asker(scene, composite, &queries[a], &mut room),
+        &asker(scene, composite, &queries[b], &mut other_room),
     ];
-    let changed =
-        scene.csg.nearest(composite, (&mut askers, stretches, [a, b]), (ANY, filter), scratch, &mut both);
+    let (looking, lines) = ((askers, lanes), (&mut **stretches, [a, b]));
+    let changed = scene.csg.nearest(composite, looking, lines, (ANY, filter), scratch, &mut both);
     let [found, other_found] = both.map(|Best { t, surface, .. }| (t, surface));
     take::<S::Lane, ANY>(&mut queries[a], changed[0], found);
     take::<S::Lane, ANY>(&mut queries[b], changed[1], other_found);
@@ -74,18 +74,17 @@ fn best<'a, S: Scalar, B: Scalar>(scene: &'a Geometry<S, B>, query: &Query<S::La
     }
 }
 
-/// A packet of which `lanes` ask. (Constructive geometry is done in double precision in every mode.)
+/// A packet that asks. (Constructive geometry is done in double precision in every mode.)
 #[inline(always)]
 fn asker<'a, S: Scalar, B: Scalar>(
     scene: &'a Geometry<S, B>,
     composite: &Composite,
     query: &'a Query<S::Lane>,
-    (lanes, room): (u8, &'a mut Option<Rays<f64x8>>),
+    room: &'a mut Option<Rays<f64x8>>,
 ) -> Asker<'a, Parts<'a, S, B>> {
     Asker {
         rays: query.rays.in_double(room),
         source: Parts::of(scene, composite, query),
-        lanes,
         t_min: query.t_min.to_f64s().in_register(),
         all: query.lanes,
     }
@@ -116,9 +115,9 @@ pub fn surfaces<S: Scalar, B: Scalar>(
     mut found: impl FnMut(SurfaceId, f64x8, u8),
 ) {
     let mut room = None;
-    let mut asker = asker(scene, composite, query, (lanes, &mut room));
+    let asker = asker(scene, composite, query, &mut room);
     let found = |part, t, lanes| found(scene.first_part + part, t, lanes);
-    scene.csg.surfaces(composite, (&mut asker, stretch), (query.t.to_f64s(), filter), scratch, found);
+    scene.csg.surfaces(composite, (&asker, lanes, stretch), (query.t.to_f64s(), filter), scratch, found);
 }
 
 /// Crossings of composites' parts.

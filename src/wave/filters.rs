@@ -158,7 +158,7 @@ fn tinted_by<S: Scalar, B: Scalar>(
     surface: SurfaceId,
     tint: Vec3<f32x8>,
 ) -> Vec3<f32x8> {
-    let (mut filter, mut after, mut live) = (Vec3::lit(1.0), query.t_min, lanes);
+    let (mut filter, mut after, mut live) = (Vec3::lit(1.0), query.t_min.in_register(), lanes);
     each_crossing(&scene.geometry, query, surface, lanes, |t| {
         let crossed = t.gt(after) & t.lt(query.t) & Mask::from_bits(live);
         let hits = crossed.bits();

@@ -161,6 +161,7 @@ fn resolve_kind<S: Scalar, B: Scalar>(
         v: S::Lane::from_f64s(found.v),
         part: found.part,
     }
+    .in_register()
 }
 
 /// The lanes that meet their surface from its inside.
@@ -190,7 +191,7 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
     type Output = Surfaces<S::Lane>;
 
     fn block<K: Block<S>>(self, block: &K) -> Surfaces<S::Lane> {
-        block.resolve(self.rows, Mask::from_bits(self.lanes), self.rays, self.t.in_register())
+        block.resolve(self.rows, Mask::from_bits(self.lanes), self.rays, self.t.in_register()).in_register()
     }
 }
 
