@@ -20,7 +20,7 @@ impl<M> Component for M where
 }
 
 /// Eight vectors (or colours), one a lane.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Vec3<L> {
     /// The x (or red) components.
     pub x: L,

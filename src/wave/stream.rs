@@ -16,12 +16,50 @@ use rayon::prelude::*;
 /// A [`RaySet`] made ready: packets of rays in single precision, as the set has them, so that as little as can be is read from
 /// memory while they are traced. Each packet is moved to the scene's space and precision when its turn comes.
 pub struct RayStream {
-    packets: Vec<StreamPacket>,
+    starts: Column<Vec3<f32x8>>,
+    dirs: Column<Vec3<f32x8>>,
+    /// Where they begin to look, and where they end.
+    limits: Column<[f32x8; 2]>,
+    /// Lengths of their directions as they were given.
+    lengths: Column<f64x8>,
     /// Rays.
     len: usize,
-    /// Length of each ray's direction as it was given, packet by packet; empty if all are 1.
-    lengths: Vec<f64x8>,
     query: RayQuery,
+}
+
+/// What packets of neighbouring rays have, past the end of the set that of the last ray; once, where all have the same: the eye that a
+/// picture is seen from, or how far rays look.
+enum Column<T> {
+    Same(T),
+    Each(Vec<T>),
+}
+
+impl<T: PartialEq> Column<T> {
+    fn of(mut each: Vec<T>) -> Self {
+        let same = each.windows(2).all(|two| two[0] == two[1]);
+        match if same { each.pop() } else { None } {
+            Some(one) => Self::Same(one),
+            None => Self::Each(each),
+        }
+    }
+
+    /// That of packet `number`.
+    #[inline(always)]
+    fn at(&self, number: usize) -> &T {
+        match self {
+            Self::Same(one) => one,
+            Self::Each(each) => &each[number],
+        }
+    }
+
+    /// The same, if there is such a packet and it has one of its own.
+    #[inline(always)]
+    fn own(&self, number: usize) -> Option<&T> {
+        match self {
+            Self::Same(_) => None,
+            Self::Each(each) => each.get(number),
+        }
+    }
 }
 
 /// Buffers of a thread.
@@ -30,7 +68,7 @@ struct Buffers<S: Scalar, B: Scalar> {
     queries: Vec<Query<S::Lane>>,
     regrouping: Regrouping,
     /// Rays that were put together anew.
-    regrouped: Vec<(StreamPacket, f64x8)>,
+    regrouped: Vec<Regrouped>,
 }
 
 impl<S: Scalar, B: Scalar> Buffers<S, B> {
@@ -42,12 +80,22 @@ impl<S: Scalar, B: Scalar> Buffers<S, B> {
     }
 }
 
-/// Eight neighbouring rays; past the end of the set, the last one again.
+/// Eight rays of a set.
+#[derive(Clone, Copy)]
+struct StreamPacket<'a> {
+    origin: &'a Vec3<f32x8>,
+    dir: &'a Vec3<f32x8>,
+    limits: &'a [f32x8; 2],
+    length: &'a f64x8,
+}
+
+/// Eight rays that need not be neighbours.
 #[derive(Clone, Copy, Default)]
-struct StreamPacket {
-    rays: Rays<f32x8>,
-    t_near: f32x8,
-    t_far: f32x8,
+struct Regrouped {
+    origin: Vec3<f32x8>,
+    dir: Vec3<f32x8>,
+    limits: [f32x8; 2],
+    length: f64x8,
 }
 
 /// What a stream's rays hit, row by row.
@@ -74,17 +122,19 @@ impl RayStream {
         let vector = |[x, y, z]: &[Vec<f32>; 3], first: usize| {
             Vec3::new(lanes(x, first), lanes(y, first), lanes(z, first))
         };
-        let packet = |first: usize| StreamPacket {
-            rays: Rays { origin: vector(&rays.origin, first), dir: vector(&rays.dir, first) },
-            t_near: lanes(&rays.t_near, first),
-            t_far: lanes(&rays.t_far, first),
-        };
-        let packets: Vec<_> = (0..rays.len()).step_by(LANES).map(packet).collect();
-        let mut lengths: Vec<_> = packets.iter().map(StreamPacket::lengths).collect();
-        if lengths.iter().flat_map(|lanes| *lanes.lanes()).all(|length| length == 1.0) {
-            lengths.clear();
+        let firsts = || (0..rays.len()).step_by(LANES);
+        let starts = firsts().map(|first| vector(&rays.origin, first)).collect();
+        let dirs: Vec<_> = firsts().map(|first| vector(&rays.dir, first)).collect();
+        let limits = firsts().map(|first| [&rays.t_near, &rays.t_far].map(|column| lanes(column, first)));
+        let (limits, lengths) = (limits.collect(), dirs.iter().map(lengths).collect());
+        Self {
+            starts: Column::of(starts),
+            dirs: Column::of(dirs),
+            limits: Column::of(limits),
+            lengths: Column::of(lengths),
+            len: rays.len(),
+            query: rays.query,
         }
-        Self { packets, len: rays.len(), lengths, query: rays.query }
     }
 
     /// Rays.
@@ -99,66 +149,85 @@ impl RayStream {
 
     /// Length of a ray's direction as it was given.
     fn length(&self, row: usize) -> f64 {
-        self.lengths.get(row / LANES).map_or(1.0, |lengths| lengths.lanes()[row % LANES])
+        self.lengths.at(row / LANES).lanes()[row % LANES]
     }
 
     /// Asks the memory for packet number `number`, if there is one.
     #[inline(always)]
     fn prefetch(&self, number: usize) {
-        if let Some(StreamPacket { rays: Rays { origin, dir }, t_near, .. }) = self.packets.get(number) {
-            // (A line holds two columns of single precision.)
-            prefetch(&origin.x);
-            prefetch(&origin.z);
-            prefetch(&dir.y);
-            prefetch(t_near);
+        for column in [&self.starts, &self.dirs] {
+            if let Some(Vec3 { x, z, .. }) = column.own(number) {
+                // (They lie in two lines, or in one and a half.)
+                prefetch(x);
+                prefetch(z);
+            }
         }
-        if let Some(lengths) = self.lengths.get(number) {
+        if let Some(limits) = self.limits.own(number) {
+            prefetch(limits);
+        }
+        if let Some(lengths) = self.lengths.own(number) {
             prefetch(lengths);
         }
     }
 
-    /// Packet number `number`, of which `lanes` are rays, in the space that has its zero at `origin` (see
-    /// [`Geometry::origin`]).
+    /// Packet number `number`.
     #[inline(always)]
-    fn aim<L: Lane>(&self, number: usize, lanes: u8, origin: DVec3, query: &mut Query<L>) {
-        let length = self.lengths.get(number);
-        self.packets[number].aim(length, lanes, origin, query);
+    fn packet(&self, number: usize) -> StreamPacket<'_> {
+        let Self { starts, dirs, limits, lengths, .. } = self;
+        let (origin, dir) = (starts.at(number), dirs.at(number));
+        StreamPacket { origin, dir, limits: limits.at(number), length: lengths.at(number) }
+    }
+
+    /// True if directions are as long as they were given.
+    #[inline(always)]
+    fn is_unit(&self) -> bool {
+        matches!(&self.lengths, Column::Same(length) if *length == f64x8::lit(1.0))
     }
 }
 
-impl StreamPacket {
-    /// Lane `from` of `other` becomes lane `to`.
-    #[inline(always)]
-    fn put(&mut self, to: usize, other: &Self, from: usize) {
-        put3(&mut self.rays.origin, to, &other.rays.origin, from);
-        put3(&mut self.rays.dir, to, &other.rays.dir, from);
-        put(&mut self.t_near, to, &other.t_near, from);
-        put(&mut self.t_far, to, &other.t_far, from);
-    }
+/// Lengths of directions.
+fn lengths(dir: &Vec3<f32x8>) -> f64x8 {
+    let dir = dir.cast::<f64x8>();
+    let square = dir.dot(dir);
+    let unit = (square - f64x8::lit(1.0)).abs().le(f64x8::lit(UNIT));
+    unit.select(f64x8::lit(1.0), square.sqrt())
+}
 
-    /// See [`RayStream::aim`].
+impl StreamPacket<'_> {
+    /// Makes `query` ask for its `lanes`, in the space that has its zero at `origin` (see [`Geometry::origin`]); directions that are not
+    /// of `unit` length become so.
     #[inline(always)]
-    fn aim<L: Lane>(&self, length: Option<&f64x8>, lanes: u8, origin: DVec3, query: &mut Query<L>) {
-        let Self { rays, t_near, t_far } = self;
-        let mut from = rays.origin.cast();
+    fn aim<L: Lane>(&self, unit: bool, lanes: u8, origin: DVec3, query: &mut Query<L>) {
+        let Self { origin: start, dir: along, limits: &[t_near, t_far], length } = *self;
+        let mut from = start.cast();
         if origin != DVec3::ZERO {
-            from = (rays.origin.cast::<f64x8>() - Vec3::splat(origin)).cast();
+            from = (start.cast::<f64x8>() - Vec3::splat(origin)).cast();
         }
-        let (mut dir, mut limits) = (rays.dir.cast(), [t_near.cast(), t_far.cast()]);
-        if let Some(&length) = length {
-            let inverse = f64x8::lit(1.0) / length;
-            dir = rays.dir.cast::<f64x8>().map(|x| x * inverse).cast();
-            limits = [t_near, t_far].map(|t| (t.to_f64s() * length).cast());
+        let (mut dir, mut limits) = (along.cast(), [t_near.cast(), t_far.cast()]);
+        if !unit {
+            let inverse = f64x8::lit(1.0) / *length;
+            dir = along.cast::<f64x8>().map(|x| x * inverse).cast();
+            limits = [t_near, t_far].map(|t| (t.to_f64s() * *length).cast());
         }
         query.aim_free(&Rays { origin: from, dir }, limits, lanes);
     }
+}
 
-    /// Lengths of the directions.
-    fn lengths(&self) -> f64x8 {
-        let dir = self.rays.dir.cast::<f64x8>();
-        let square = dir.dot(dir);
-        let unit = (square - f64x8::lit(1.0)).abs().le(f64x8::lit(UNIT));
-        unit.select(f64x8::lit(1.0), square.sqrt())
+impl Regrouped {
+    /// Lane `from` of `other` becomes lane `to`.
+    #[inline(always)]
+    fn put(&mut self, to: usize, other: &StreamPacket, from: usize) {
+        put3(&mut self.origin, to, other.origin, from);
+        put3(&mut self.dir, to, other.dir, from);
+        for (limit, other) in self.limits.iter_mut().zip(other.limits) {
+            put(limit, to, other, from);
+        }
+        put(&mut self.length, to, other.length, from);
+    }
+
+    fn packet(&self) -> StreamPacket<'_> {
+        let Self { origin, dir, limits, length } = self;
+        StreamPacket { origin, dir, limits, length }
     }
 }
 
@@ -259,24 +328,17 @@ fn trace_regrouped<S: Scalar, B: Scalar>(
     Buffers { tracer, queries, regrouping, regrouped }: &mut Buffers<S, B>,
     surface: &mut [SurfaceId],
 ) -> bool {
-    let (first, len) = (first / LANES, surface.len());
-    let packets = &stream.packets[first..first + len.div_ceil(LANES)];
+    let (first, len, unit) = (first / LANES, surface.len(), stream.is_unit());
     let starts =
-        packets.iter().enumerate().map(|(k, packet)| (&packet.rays.origin, first_lanes(len - k * LANES)));
+        (0..len.div_ceil(LANES)).map(|k| (stream.starts.at(first + k), first_lanes(len - k * LANES)));
     let Some(order) = regrouping.order(starts) else { return false };
-    let lengths = (!stream.lengths.is_empty()).then(|| &stream.lengths[first..]);
     for group in order.chunks(scene.group_size() * LANES) {
-        gather(group, regrouped, |(packet, length), to, (from, lane)| {
-            packet.put(to, &packets[from], lane);
-            if let Some(lengths) = lengths {
-                put(length, to, &lengths[from], lane);
-            }
+        gather(group, regrouped, |packet, to, (from, lane)| {
+            packet.put(to, &stream.packet(first + from), lane)
         });
         queries.resize(regrouped.len(), Query::default());
-        for ((packet, length), (query, rays)) in
-            regrouped.iter().zip(queries.iter_mut().zip(group.chunks(LANES)))
-        {
-            packet.aim(lengths.map(|_| length), first_lanes(rays.len()), scene.origin, query);
+        for (packet, (query, rays)) in regrouped.iter().zip(queries.iter_mut().zip(group.chunks(LANES))) {
+            packet.packet().aim(unit, first_lanes(rays.len()), scene.origin, query);
         }
         find_any(scene, tracer, queries);
         for (query, rays) in queries.iter().zip(group.chunks(LANES)) {
@@ -314,12 +376,12 @@ fn trace_group<S: Scalar, B: Scalar>(
 ) {
     // The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands
     // still for more.
-    let group = scene.group_size();
+    let (group, unit) = (scene.group_size(), stream.is_unit());
     let half = group / 2;
     queries.resize(t.len().div_ceil(LANES), Query::default());
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = first_lanes(t.len() - k * LANES);
-        stream.aim(first / LANES + k, lanes, scene.origin, query);
+        stream.packet(first / LANES + k).aim(unit, lanes, scene.origin, query);
         if k >= half {
             stream.prefetch(first / LANES + k + group - half);
         }
