@@ -147,8 +147,8 @@ impl<B: Scalar> MetBy<B> {
     }
 }
 
-/// Holds the rays `who` against a node's boxes: child by child, which rays meet it, and where the first of them does, if any. (Of
-/// children that are not there, too.)
+/// Holds the rays `who` against a node's boxes: child by child, which rays meet it, and where the first of them does: infinitely
+/// far off if none does. (Of children that are not there, too.)
 #[inline(always)]
 fn meet<B: Scalar>(
     node: &Node<B>,

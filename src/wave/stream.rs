@@ -157,7 +157,7 @@ impl RayStream {
     fn prefetch(&self, number: usize) {
         for column in [&self.starts, &self.dirs] {
             if let Some(Vec3 { x, z, .. }) = column.own(number) {
-                // (They lie in two lines, or in one and a half.)
+                // (Three columns of single precision lie in two lines, wherever they begin.)
                 prefetch(x);
                 prefetch(z);
             }
