@@ -232,6 +232,7 @@ fn random(row: u32, which: u32) -> f64 {
 mod tests {
     use super::*;
     use crate::bvh::Tests;
+    use crate::ray_set::{NO_PRIMITIVE, SAME_DISTANCE};
     use crate::scene::{Object, Shape};
     use std::sync::Arc;
 
@@ -270,6 +271,64 @@ mod tests {
             }
             let Tests { tests, lanes } = bench.occupancy(&rays, Traversal::Auto).leaf;
             assert_eq!((tests, lanes), (packets, 8 * packets));
+        }
+    }
+
+    /// What all rays of a set share is kept once, and lengths of directions are computed as exactly as they must be: by single precision's
+    /// own squares, or, where those would be infinite or vanish, by others.
+    #[test]
+    fn rays_are_hit_alike_however_they_are_given() {
+        // A row of triangles, each farther off than the last, a gap beside each, and a ray to the middle of both.
+        const RAYS: usize = 70;
+        let middle = |k: usize| DVec3::new(k as f64 - 35.5, 0.3, 20.0 + 0.5 * k as f64);
+        let triangle = |k: usize| {
+            let corners =
+                [DVec3::new(-0.4, -0.4, 0.0), DVec3::new(0.4, -0.4, 0.0), DVec3::new(0.0, 0.8, 0.0)];
+            let vertices = Box::new(corners.map(|corner| middle(k) + corner));
+            Arc::new(Object::new(Shape::Triangle { vertices, normals: None }))
+        };
+        let scene = Scene { objects: (0..RAYS).step_by(2).map(triangle).collect(), ..Scene::default() };
+        let cases = [Precision::Fast, Precision::Exact]
+            .into_iter()
+            .flat_map(|precision| [1.0, 1e6, 1e-6, 1e20, 1e-21].map(|length| (precision, length)));
+        for (precision, length) in cases {
+            let bench = Workbench::new(&scene, precision, Preset::Balanced, 1).unwrap();
+            for (one_eye, one_range, query) in [
+                (true, true, RayQuery::Closest),
+                (true, false, RayQuery::Any),
+                (false, true, RayQuery::Any),
+                (false, false, RayQuery::Closest),
+            ] {
+                let mut rays = RaySet { query, ..RaySet::default() };
+                let mut expected = Vec::new();
+                for k in 0..RAYS {
+                    let eye = if one_eye { DVec3::ZERO } else { DVec3::X * (0.01 * k as f64) };
+                    let (way, cut) = (middle(k) - eye, !one_range && k % 3 == 0);
+                    let t = (way.length() / length) as f32;
+                    let far = if cut { 0.9 * t } else { f32::INFINITY };
+                    let dir = (way.normalize() * length).as_vec3().to_array();
+                    rays.push(eye.as_vec3().to_array(), dir, (0.0, far));
+                    expected.push((!cut && k % 2 == 0).then_some((t, k as u32 / 2)));
+                }
+                let RayHits { t, primitive } = bench.measure(&rays, Traversal::Auto, 1).hits;
+                for (k, (expected, found)) in
+                    expected.into_iter().zip(t.into_iter().zip(primitive)).enumerate()
+                {
+                    let case = (precision, length, one_eye, one_range, query, k);
+                    match (query, expected) {
+                        (RayQuery::Any, _) => assert_eq!(found.1, u32::from(expected.is_some()), "{case:?}"),
+                        (RayQuery::Closest, None) => assert_eq!(found.1, NO_PRIMITIVE, "{case:?}"),
+                        (RayQuery::Closest, Some((t, primitive))) => {
+                            assert_eq!(found.1, primitive, "{case:?}");
+                            assert!(
+                                (found.0 / t - 1.0).abs() < SAME_DISTANCE,
+                                "{case:?}: {} for {t}",
+                                found.0
+                            );
+                        }
+                    }
+                }
+            }
         }
     }
 

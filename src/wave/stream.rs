@@ -8,7 +8,7 @@ use super::trace::Tracer;
 use crate::bvh::{GROUP, Occupancy, Traversal};
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId, class};
 use crate::kernel::Rays;
-use crate::lane::{LANES, Lane, Scalar, Vec3, bits, f32x8, f64x8, first_lanes, prefetch};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, f32x8, f64x8, first_lanes, prefetch};
 use crate::ray_set::{NO_PRIMITIVE, RayHits, RayQuery, RaySet};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,8 +20,8 @@ pub struct RayStream {
     dirs: Column<Vec3<f32x8>>,
     /// Where they begin to look, and where they end.
     limits: Column<[f32x8; 2]>,
-    /// Lengths of their directions as they were given.
-    lengths: Column<f64x8>,
+    /// Of their directions.
+    lengths: Lengths,
     /// Rays.
     len: usize,
     query: RayQuery,
@@ -62,6 +62,21 @@ impl<T: PartialEq> Column<T> {
     }
 }
 
+/// What is known of the lengths of a set's directions. Those that are not 1 are computed when their rays' turn comes, which takes less
+/// time than to read them from memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Lengths {
+    /// All are of unit length.
+    Unit,
+    /// All have squares that are well within single precision: rays are made ready in the precision that they are traced in.
+    Single,
+    /// The square of one or another would be infinite there, or lose its digits: made ready in double.
+    Double,
+}
+
+/// Squares of lengths that are well within single precision: what is too small for it in the sum does not count beside the rest.
+const SINGLE: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
 /// Buffers of a thread.
 struct Buffers<S: Scalar, B: Scalar> {
     tracer: Tracer<B>,
@@ -86,7 +101,6 @@ struct StreamPacket<'a> {
     origin: &'a Vec3<f32x8>,
     dir: &'a Vec3<f32x8>,
     limits: &'a [f32x8; 2],
-    length: &'a f64x8,
 }
 
 /// Eight rays that need not be neighbours.
@@ -95,7 +109,6 @@ struct Regrouped {
     origin: Vec3<f32x8>,
     dir: Vec3<f32x8>,
     limits: [f32x8; 2],
-    length: f64x8,
 }
 
 /// What a stream's rays hit, row by row.
@@ -126,15 +139,9 @@ impl RayStream {
         let starts = firsts().map(|first| vector(&rays.origin, first)).collect();
         let dirs: Vec<_> = firsts().map(|first| vector(&rays.dir, first)).collect();
         let limits = firsts().map(|first| [&rays.t_near, &rays.t_far].map(|column| lanes(column, first)));
-        let (limits, lengths) = (limits.collect(), dirs.iter().map(lengths).collect());
-        Self {
-            starts: Column::of(starts),
-            dirs: Column::of(dirs),
-            limits: Column::of(limits),
-            lengths: Column::of(lengths),
-            len: rays.len(),
-            query: rays.query,
-        }
+        let lengths = dirs.iter().map(Lengths::of).max().unwrap_or(Lengths::Unit);
+        let (starts, dirs, limits) = (Column::of(starts), Column::of(dirs), Column::of(limits.collect()));
+        Self { starts, dirs, limits, lengths, len: rays.len(), query: rays.query }
     }
 
     /// Rays.
@@ -147,9 +154,14 @@ impl RayStream {
         self.len == 0
     }
 
-    /// Length of a ray's direction as it was given.
-    fn length(&self, row: usize) -> f64 {
-        self.lengths.at(row / LANES).lanes()[row % LANES]
+    /// Length of a ray's direction as it was given, if it is traced in the precision of `L`.
+    fn length<L: Lane>(&self, row: usize) -> f64 {
+        let (dirs, lane) = (self.dirs.at(row / LANES), row % LANES);
+        match self.lengths {
+            Lengths::Unit => 1.0,
+            Lengths::Single => lengths::<L>(dirs.cast()).lanes()[lane].to_f64(),
+            Lengths::Double => lengths::<f64x8>(dirs.cast()).lanes()[lane],
+        }
     }
 
     /// Asks the memory for packet number `number`, if there is one.
@@ -165,51 +177,68 @@ impl RayStream {
         if let Some(limits) = self.limits.own(number) {
             prefetch(limits);
         }
-        if let Some(lengths) = self.lengths.own(number) {
-            prefetch(lengths);
-        }
     }
 
     /// Packet number `number`.
     #[inline(always)]
     fn packet(&self, number: usize) -> StreamPacket<'_> {
-        let Self { starts, dirs, limits, lengths, .. } = self;
-        let (origin, dir) = (starts.at(number), dirs.at(number));
-        StreamPacket { origin, dir, limits: limits.at(number), length: lengths.at(number) }
+        let Self { starts, dirs, limits, .. } = self;
+        StreamPacket { origin: starts.at(number), dir: dirs.at(number), limits: limits.at(number) }
     }
+}
 
-    /// True if directions are as long as they were given.
-    #[inline(always)]
-    fn is_unit(&self) -> bool {
-        matches!(&self.lengths, Column::Same(length) if *length == f64x8::lit(1.0))
+impl Lengths {
+    /// Of these directions.
+    fn of(dirs: &Vec3<f32x8>) -> Self {
+        let dirs = dirs.cast::<f64x8>();
+        let squares = dirs.dot(dirs);
+        if is_unit(squares).all() {
+            return Self::Unit;
+        }
+        if squares.lanes().iter().all(|square| SINGLE.contains(square)) { Self::Single } else { Self::Double }
     }
+}
+
+/// Which squares of lengths are as good as 1.
+#[inline(always)]
+fn is_unit<L: Lane>(squares: L) -> Mask<L> {
+    (squares - L::lit(1.0)).abs().le(L::lit(UNIT))
 }
 
 /// Lengths of directions.
-fn lengths(dir: &Vec3<f32x8>) -> f64x8 {
-    let dir = dir.cast::<f64x8>();
-    let square = dir.dot(dir);
-    let unit = (square - f64x8::lit(1.0)).abs().le(f64x8::lit(UNIT));
-    unit.select(f64x8::lit(1.0), square.sqrt())
+#[inline(always)]
+fn lengths<L: Lane>(dirs: Vec3<L>) -> L {
+    let squares = dirs.dot(dirs);
+    is_unit(squares).select(L::lit(1.0), squares.sqrt())
 }
 
 impl StreamPacket<'_> {
-    /// Makes `query` ask for its `lanes`, in the space that has its zero at `origin` (see [`Geometry::origin`]); directions that are not
-    /// of `unit` length become so.
+    /// Makes `query` ask for its `lanes`, in the space that has its zero at `origin` (see [`Geometry::origin`]); directions become of unit
+    /// length.
     #[inline(always)]
-    fn aim<L: Lane>(&self, unit: bool, lanes: u8, origin: DVec3, query: &mut Query<L>) {
-        let Self { origin: start, dir: along, limits: &[t_near, t_far], length } = *self;
-        let mut from = start.cast();
+    fn aim<L: Lane>(&self, lengths: Lengths, lanes: u8, origin: DVec3, query: &mut Query<L>) {
+        let mut from = self.origin.cast();
         if origin != DVec3::ZERO {
-            from = (start.cast::<f64x8>() - Vec3::splat(origin)).cast();
+            from = (self.origin.cast::<f64x8>() - Vec3::splat(origin)).cast();
         }
-        let (mut dir, mut limits) = (along.cast(), [t_near.cast(), t_far.cast()]);
-        if !unit {
-            let inverse = f64x8::lit(1.0) / *length;
-            dir = along.cast::<f64x8>().map(|x| x * inverse).cast();
-            limits = [t_near, t_far].map(|t| (t.to_f64s() * *length).cast());
-        }
+        let (dir, limits) = match lengths {
+            Lengths::Unit => (self.dir.cast(), self.limits.map(|t| t.cast())),
+            Lengths::Single => self.of_unit_length(),
+            Lengths::Double => {
+                let (dir, limits) = self.of_unit_length::<f64x8>();
+                (dir.cast(), limits.map(|t| t.cast()))
+            }
+        };
         query.aim_free(&Rays { origin: from, dir }, limits, lanes);
+    }
+
+    /// Directions, and limits in their length.
+    #[inline(always)]
+    fn of_unit_length<L: Lane>(&self) -> (Vec3<L>, [L; 2]) {
+        let dir = self.dir.cast::<L>();
+        let length = lengths(dir);
+        let inverse = L::lit(1.0) / length;
+        (dir.map(|x| x * inverse), self.limits.map(|t| t.cast::<L>() * length))
     }
 }
 
@@ -222,12 +251,11 @@ impl Regrouped {
         for (limit, other) in self.limits.iter_mut().zip(other.limits) {
             put(limit, to, other, from);
         }
-        put(&mut self.length, to, other.length, from);
     }
 
     fn packet(&self) -> StreamPacket<'_> {
-        let Self { origin, dir, limits, length } = self;
-        StreamPacket { origin, dir, limits, length }
+        let Self { origin, dir, limits } = self;
+        StreamPacket { origin, dir, limits }
     }
 }
 
@@ -247,7 +275,7 @@ impl<S: Scalar> StreamHits<S> {
                 (RayQuery::Any, _) => (f32::NEG_INFINITY, 1),
                 (RayQuery::Closest, NO_SURFACE) => (f32::INFINITY, NO_PRIMITIVE),
                 (RayQuery::Closest, surface) => {
-                    let t = self.t[row].to_f64() / stream.length(row);
+                    let t = self.t[row].to_f64() / stream.length::<S::Lane>(row);
                     (t as f32, scene.place_of(surface) - first)
                 }
             };
@@ -328,7 +356,7 @@ fn trace_regrouped<S: Scalar, B: Scalar>(
     Buffers { tracer, queries, regrouping, regrouped }: &mut Buffers<S, B>,
     surface: &mut [SurfaceId],
 ) -> bool {
-    let (first, len, unit) = (first / LANES, surface.len(), stream.is_unit());
+    let (first, len, lengths) = (first / LANES, surface.len(), stream.lengths);
     let starts =
         (0..len.div_ceil(LANES)).map(|k| (stream.starts.at(first + k), first_lanes(len - k * LANES)));
     let Some(order) = regrouping.order(starts) else { return false };
@@ -338,7 +366,7 @@ fn trace_regrouped<S: Scalar, B: Scalar>(
         });
         queries.resize(regrouped.len(), Query::default());
         for (packet, (query, rays)) in regrouped.iter().zip(queries.iter_mut().zip(group.chunks(LANES))) {
-            packet.packet().aim(unit, first_lanes(rays.len()), scene.origin, query);
+            packet.packet().aim(lengths, first_lanes(rays.len()), scene.origin, query);
         }
         find_any(scene, tracer, queries);
         for (query, rays) in queries.iter().zip(group.chunks(LANES)) {
@@ -376,12 +404,12 @@ fn trace_group<S: Scalar, B: Scalar>(
 ) {
     // The rays of the next group are asked for in two halves, some time apart: a core waits for so many lines at once, and stands
     // still for more.
-    let (group, unit) = (scene.group_size(), stream.is_unit());
+    let (group, lengths) = (scene.group_size(), stream.lengths);
     let half = group / 2;
     queries.resize(t.len().div_ceil(LANES), Query::default());
     for (k, query) in queries.iter_mut().enumerate() {
         let lanes = first_lanes(t.len() - k * LANES);
-        stream.packet(first / LANES + k).aim(unit, lanes, scene.origin, query);
+        stream.packet(first / LANES + k).aim(lengths, lanes, scene.origin, query);
         if k >= half {
             stream.prefetch(first / LANES + k + group - half);
         }
