@@ -6,17 +6,10 @@
 //! the grown body is outside, one within the shrunk body is inside, and the true crossings lie between the two.
 
 use super::quadric::ConvexQuadric;
+use super::single::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
 use crate::kernel::{OwnSpace, Rays, Solid};
 use crate::lane::{Lane, Many, Mask, Scalar, Sixteen, Vec3, f32x8, f32x16, f64x8};
 use glam::DVec3;
-
-/// What bodies are grown and shrunk by, of the largest coordinates (in own space) of rays and body: the start, the direction, the
-/// map and the shape are each rounded once, sums and products some ten times more, in three axes.
-pub(super) const GROWTH: f64 = 64.0 * f32::UNIT_ROUNDOFF;
-
-/// Bodies that are thinner than this, in shares of what they are grown by, are not bracketed, nor those that are so far off that
-/// the composite is: too much would be in doubt.
-pub(super) const LEAST_SIZE: f64 = 64.0;
 
 /// Directions whose share across a cylinder's axis is less (squared) run along it: on the way through they move by less than
 /// a rounding.
@@ -80,23 +73,6 @@ pub enum Body {
 pub struct Map {
     center: [f32; 3],
     rows: [[f32; 3]; 3],
-}
-
-/// The smaller; the second where either is NaN.
-#[inline(always)]
-pub(super) fn least(a: f32x16, b: f32x16) -> f32x16 {
-    a.fast_min(b)
-}
-
-/// The larger; the second where either is NaN.
-#[inline(always)]
-pub(super) fn most(a: f32x16, b: f32x16) -> f32x16 {
-    a.fast_max(b)
-}
-
-/// Rounded.
-pub(super) fn single(v: DVec3) -> [f32; 3] {
-    v.to_array().map(|x| x as f32)
 }
 
 impl Map {
@@ -367,15 +343,6 @@ fn cone(own: &Rays<f32x16>, taper: f32, radii: &[f32; 2], ends: &[f32; 2]) -> im
         let leave = steep.select(widens.select(inf, first), last);
         between(k, [enter, leave]).map(|t| t + shift)
     }
-}
-
-/// The roots of `a t^2 + 2 b t + c`, by the inverse of `a` and the `root` of `b^2 - a c`: neither cancels, each is over `a` or under `c` (Press and
-/// others 1992, Numerical Recipes in C, section 5.6).
-#[inline(always)]
-pub(super) fn rising_roots(inv: f32x16, b: f32x16, c: f32x16, root: f32x16) -> [f32x16; 2] {
-    let q = -(b + root.copysign(b));
-    let (r1, r2) = (c / q, q * inv);
-    [least(r1, r2), most(r1, r2)]
 }
 
 /// What of a stretch lies between the ends of a cylinder or cone, which go beyond 0 and 1 by `ends`.

@@ -5,11 +5,11 @@
 
 use super::asker::{Asker, in_packet, of_packet};
 use super::best::Best;
-use super::bracket::least;
 use super::parts::{Many, PartSet};
-use super::plan::Decision;
+use super::plan::{Decision, RuleSet};
 use super::question::{Between, FootRays, Question, Window};
 use super::scratch::{PartRoots, Sketch};
+use super::single::least;
 use super::{Composite, CsgTree};
 use crate::lane::{LANES, Lane, Mask, Sixteen, choose, f32x8, f32x16, f64x8};
 
@@ -55,7 +55,7 @@ impl Nearest {
 impl CsgTree {
     /// As [`CsgTree::nearest`], in the lanes where it can be told in single precision.
     #[inline(always)]
-    pub(super) fn decide<P: PartSet>(
+    pub(super) fn decide<P: RuleSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
         (askers, lanes, any): ([&Asker<impl PartRoots>; 2], u16, bool),
@@ -164,7 +164,7 @@ impl CsgTree {
     /// As [`CsgTree::surfaces`] for the first of two askers, the only one that asks, in the lanes where it can be told in single
     /// precision: those where it cannot.
     #[inline(always)]
-    pub(super) fn decide_all<P: PartSet>(
+    pub(super) fn decide_all<P: RuleSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
         (askers, lanes, t_max): ([&Asker<impl PartRoots>; 2], u8, f64x8),

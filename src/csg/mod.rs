@@ -26,6 +26,7 @@ mod plan;
 mod quadric;
 mod question;
 mod scratch;
+mod single;
 
 pub use asker::Asker;
 pub use best::Best;

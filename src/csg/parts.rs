@@ -1,7 +1,5 @@
 //! Sets of a composite's parts, a bit for each: in one word for most composites, in several for large ones.
 
-use super::CsgTree;
-use super::plan::Rules;
 use crate::lane::{LANES, bits_of_many};
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
@@ -37,12 +35,6 @@ pub trait PartSet:
 
     /// One after the other, in rising order.
     fn each(self) -> impl Iterator<Item = u32>;
-
-    /// Where rules are that are told in such sets.
-    fn rules(tree: &CsgTree) -> &Rules<Self>;
-
-    /// The same, to add to.
-    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self>;
 
     /// True if there is none.
     #[inline(always)]
@@ -97,14 +89,6 @@ impl PartSet for Few {
     #[inline(always)]
     fn each(self) -> impl Iterator<Item = u32> {
         bits_of_many::<64>(self).map(|part| part as u32)
-    }
-
-    fn rules(tree: &CsgTree) -> &Rules<Self> {
-        &tree.few
-    }
-
-    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self> {
-        &mut tree.few
     }
 }
 
@@ -185,14 +169,6 @@ impl PartSet for Many {
             .step_by(Few::ROOM)
             .zip(self.0)
             .flat_map(|(first, word)| word.each().map(move |part| first + part))
-    }
-
-    fn rules(tree: &CsgTree) -> &Rules<Self> {
-        &tree.many
-    }
-
-    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self> {
-        &mut tree.many
     }
 }
 

@@ -99,6 +99,35 @@ impl<P> Rules<P> {
     }
 }
 
+/// Sets that rules are told in.
+pub(super) trait RuleSet: PartSet {
+    /// Those of all composites whose parts such sets have room for.
+    fn rules(tree: &CsgTree) -> &Rules<Self>;
+
+    /// The same, to add to.
+    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self>;
+}
+
+impl RuleSet for Few {
+    fn rules(tree: &CsgTree) -> &Rules<Self> {
+        &tree.few
+    }
+
+    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self> {
+        &mut tree.few
+    }
+}
+
+impl RuleSet for Many {
+    fn rules(tree: &CsgTree) -> &Rules<Self> {
+        &tree.many
+    }
+
+    fn rules_mut(tree: &mut CsgTree) -> &mut Rules<Self> {
+        &mut tree.many
+    }
+}
+
 /// What is known of a part when its composite is decided.
 #[derive(Debug, Clone)]
 pub struct Rule<P> {
@@ -172,7 +201,7 @@ impl CsgTree {
         }
     }
 
-    fn plan_one<P: PartSet>(
+    fn plan_one<P: RuleSet>(
         &mut self,
         composite: &Composite,
         solid: impl Fn(&Part) -> Option<Solid>,

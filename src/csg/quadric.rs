@@ -1,6 +1,6 @@
 //! Quadrics whose inside is convex (elliptic cylinders, paraboloids, ellipsoids) in single precision: where rays come in and go out.
 
-use super::bracket::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
+use super::single::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
 use crate::kernel::{OwnSpace, Quadric, Rays};
 use crate::lane::{Many, Scalar, Vec3, f32x16};
 use glam::{DMat3, DVec3};

@@ -5,11 +5,12 @@
 //! ([`super::plan::Clause`]).
 
 use super::asker::{Asker, by_packets, of_packet};
-use super::bracket::{Body, Bracket, least, most};
+use super::bracket::{Body, Bracket};
 use super::capsule::Beam;
 use super::parts::PartSet;
-use super::plan::{Decision, MOST_PARTS, Rule, Rules};
+use super::plan::{Decision, MOST_PARTS, Rule, RuleSet, Rules};
 use super::scratch::{PartRoots, Sketch};
+use super::single::{least, most};
 use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::{Looking, Rays};
 use crate::lane::{Lane, Many, Mask, Sixteen, Vec3, f32x8, f32x16, f64x8};
@@ -109,7 +110,7 @@ pub(super) struct Question<'a, P, Q> {
     starts: bool,
 }
 
-impl<'a, P: PartSet, Q: PartRoots> Question<'a, P, Q> {
+impl<'a, P: RuleSet, Q: PartRoots> Question<'a, P, Q> {
     #[inline(always)]
     pub(super) fn new(
         tree: &'a CsgTree,
@@ -119,7 +120,9 @@ impl<'a, P: PartSet, Q: PartRoots> Question<'a, P, Q> {
         let (first, starts) = (composite.parts.start, askers.iter().any(|asker| asker.source.starts()));
         Self { first, plan, rules: P::rules(tree), askers, lines, starts }
     }
+}
 
+impl<P, Q: PartRoots> Question<'_, P, Q> {
     /// Lanes that start on a part.
     #[inline(always)]
     pub(super) fn on(&self, part: u32) -> u16 {
