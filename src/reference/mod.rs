@@ -5,16 +5,19 @@
 //! at the depth limit. It shares nothing with the packet engine but the scene description, and knows no lanes, trees or
 //! queues: where the two disagree, the one that is easy to read is believed.
 //!
-//! In reading order: `camera` makes rays; `world` resolves the scene into a tree of leaves; `shape` crosses a line with
-//! one shape and `trail` with a composite; `trace` follows a ray; `light`, `surface`, `reflect`, `interior` and `pattern`
-//! say what it sees. A script's `trace` and `inside` are answered here, too, and they alone by way of `box_tree`.
+//! In reading order: `camera` makes rays; `build` resolves the scene into trees of `node`s; `shape` crosses a line with one
+//! shape and `trail` with a composite; `world` tells what a ray meets first; `trace` follows a ray; `light`, `surface`,
+//! `reflect`, `interior` and `pattern` say what it sees. A script's `trace` and `inside` are answered here, too, and they
+//! alone by way of `box_tree`.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)`: NaN fails")]
 
 mod box_tree;
+mod build;
 mod camera;
 mod interior;
 mod light;
+mod node;
 mod pattern;
 mod polynomial;
 mod ray;
@@ -29,18 +32,19 @@ mod world;
 mod tests;
 
 pub use box_tree::PartBox;
-pub use world::Bounds;
+pub use build::Bounds;
 
 use crate::film::{Pixel, RayCounts};
 use crate::scene::{Color, Object, Pigment, Scene};
 use box_tree::Tally;
 use glam::DVec3;
+use node::Node;
 use ray::{Ray, RayKind};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use trace::Tracer;
-use world::{Node, World};
+use world::World;
 
 /// What a camera ray meets first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +105,7 @@ impl Solid {
     /// the space that its transform leads to, if anything does; lines need not look where there is none.
     pub fn new(object: &Arc<Object>, bounds: Bounds) -> Self {
         let tally = Tally::default();
-        Self { node: world::alone(object, bounds, &tally), tally }
+        Self { node: build::alone(object, bounds, &tally), tally }
     }
 
     /// What a line from `origin` along the unit `dir` meets first; the normal points out of the object.

@@ -2,13 +2,14 @@
 
 use super::interior::{Media, fade, shadow_fade};
 use super::light::{Arriving, arriving, is_dark};
+use super::node::PlacedTexture;
 use super::pattern;
 use super::ray::{Departure, Ray, RayKind};
 use super::reflect::reflectivity;
 use super::surface::interference;
 use super::surface::{Lit, mirror};
 use super::trail::Face;
-use super::world::{Met, PlacedTexture, World};
+use super::world::{Met, World};
 use crate::film::{Pixel, RayCounts};
 use crate::scene::{Color, Finish, Layer, Rgb, Shape};
 use glam::DVec3;

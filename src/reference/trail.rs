@@ -4,9 +4,9 @@
 //! with the state after it. Inside and outside are told by counting crossings from `t = -∞`, never by asking whether a
 //! rounded point lies in a shape; so faces that coincide do not speckle.
 
+use super::node::{Join, Leaf, Node, NodeKind};
 use super::ray::Ray;
 use super::shape::{self, Line, Root};
-use super::world::{Join, Leaf, Node, NodeKind};
 use crate::scene::Shape;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
