@@ -2,8 +2,8 @@
 //! every surface.
 
 use super::composites::Composites;
+use super::gathered::Gathered;
 use super::instances::Instances;
-use super::primitives::Gathered;
 use super::{COMPOSITE, Columns, Flat, Geometry, INSTANCE, Kind, PART, WithBlock};
 use crate::bvh::{Items, Preset, Run, build};
 use crate::kernel::{Aabb, Block, Ranks};

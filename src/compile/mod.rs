@@ -11,6 +11,7 @@ mod assemble;
 mod columns;
 mod composites;
 mod flatten;
+mod gathered;
 mod geometry;
 mod instances;
 mod looks;

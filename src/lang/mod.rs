@@ -5,6 +5,7 @@
 //! The grammar itself is `grammar/scene.pest`, which can be read as the language's manual.
 
 mod diagnostic;
+mod ends;
 mod keyword;
 mod nest;
 mod plain;

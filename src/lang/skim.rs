@@ -3,8 +3,8 @@
 //! In comes a text and a place in it; out goes where the block or body there ends, if it is one whose tokens nobody misses until
 //! they are asked for. Most of what a scene includes it never uses, and to find an end takes a tenth of cutting into tokens.
 
+use super::ends::{OF_WORDS, behind_gap, comment_end, line_end, string_end, word_end};
 use super::nest::directive_of;
-use super::plain::{OF_WORDS, behind_gap, comment_end, line_end, string_end, word_end};
 use super::{Directive, Keyword, Mark, Token};
 use memchr::{memchr, memchr3, memmem};
 use std::sync::LazyLock;

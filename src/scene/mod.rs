@@ -7,6 +7,7 @@
 mod atmosphere;
 mod camera;
 mod color;
+mod double;
 mod finish;
 pub mod function;
 mod image;

@@ -1,9 +1,8 @@
 //! What a formula over numbers needs, so that it is written once for one point and for many at a time.
 //!
-//! Here it is one f64; the rooms that compute in lanes add theirs. Each operation but [`Number::sine`] and
+//! In this room it is one f64 (`double.rs`); the rooms that compute in lanes add theirs. Each operation but [`Number::sine`] and
 //! [`Number::raised`] rounds as f64's own does, so that every kind of number comes to the same bits.
 
-use super::noise::sums_at;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// One number, or one at each of several points.
@@ -32,7 +31,7 @@ pub trait Number:
     fn sine(self) -> Self;
     /// A power `p` of numbers from 0 on; in lanes within `2^-50 p (1 + |ln p|)`.
     fn raised(self, exponent: f64) -> Self;
-    /// Random functions of space, independent of each other, about 0, that noise is made of: [`sums_at`].
+    /// Random functions of space, independent of each other, about 0, that noise is made of: [`sums_at`](super::noise::sums_at).
     fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N];
     /// The number, if it is the same at all points.
     fn everywhere(self) -> Option<f64>;
@@ -77,39 +76,6 @@ pub trait Number:
     /// `self^exponent`.
     fn power(self, exponent: Self) -> Self {
         Self::each([self, exponent], |[a, b]| a.powf(b))
-    }
-}
-
-impl Number for f64 {
-    fn lit(value: f64) -> Self {
-        value
-    }
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
-    }
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-    fn if_less(self, other: Self, yes: Self, no: Self) -> Self {
-        if self < other { yes } else { no }
-    }
-    fn whole(self) -> Self {
-        self.trunc()
-    }
-    fn sine(self) -> Self {
-        self.sin()
-    }
-    fn raised(self, exponent: f64) -> Self {
-        self.powf(exponent)
-    }
-    fn lattice<const N: usize>(p: [Self; 3]) -> [Self; N] {
-        sums_at(p)
-    }
-    fn everywhere(self) -> Option<f64> {
-        Some(self)
-    }
-    fn each<const N: usize>(arguments: [Self; N], f: impl Fn([f64; N]) -> f64) -> Self {
-        f(arguments)
     }
 }
 

@@ -3,8 +3,9 @@
 use super::composite::{Comers, composites};
 use super::crossings::{InTheWay, NoteRun};
 use super::instances::Placed;
+use super::packets::TestPackets;
 use super::query::Query;
-use super::rows::{Lone, Prefetch, Rows, TestAcross, TestPackets, TestRun, Views, accept};
+use super::rows::{Lone, Prefetch, Rows, TestAcross, TestRun, Views, accept};
 use super::sharpen::sharpen;
 use super::trace::Tracer;
 use crate::bvh::{Count, GROUP, Packet, Packets, Run, Visit, each_packet};

@@ -21,6 +21,7 @@ mod light_buffer;
 mod medium;
 mod onward;
 mod outlined;
+mod packets;
 mod query;
 mod queue;
 mod regroup;

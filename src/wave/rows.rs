@@ -1,8 +1,7 @@
-//! The test of a run of primitives of one kind: by several packets, by one, or by a single ray against four rows.
+//! The test of a run of primitives of one kind: by one packet, or by a single ray against four rows.
 
-use super::outlined::Outlined;
 use super::query::Query;
-use crate::bvh::{Count, Packet, Packets, Run, each_packet};
+use crate::bvh::{Count, Packets, Run};
 use crate::compile::{SurfaceId, WithBlock};
 use crate::kernel::{Block, Center, Left, Looking, PluckerLines, Ranks, Ray, Rays, Screened};
 use crate::lane::{LANES, Lane, Mask, QUAD, Quad, Scalar, choose, first_and_last};
@@ -13,7 +12,7 @@ pub struct Views<'a, S: Scalar> {
     pub lines: &'a mut Vec<PluckerLines>,
     pub center: Center<S>,
     /// Packets with rays that start on a surface.
-    starting: Packets,
+    pub starting: Packets,
 }
 
 impl<'a, S: Scalar> Views<'a, S> {
@@ -190,7 +189,7 @@ impl Rows<'_> {
 
     /// The same, counted: the lanes that have met one.
     #[inline(always)]
-    fn test_counting<S: Scalar, K: Block<S>>(
+    pub fn test_counting<S: Scalar, K: Block<S>>(
         &self,
         block: &K,
         query: &mut Query<S::Lane>,
@@ -252,55 +251,6 @@ fn first_met<S: Scalar, K: Block<S>>(
     screened: Screened,
 ) -> S::Lane {
     block.first_screened(row, rays, looking, screened)
-}
-
-/// The test of a run of one kind by several packets: a bit for each that found something nearer.
-pub struct TestPackets<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
-    pub rows: Rows<'a>,
-    pub which: Packets,
-    pub packets: &'a mut [Packet<B>],
-    pub queries: &'a mut [Query<S::Lane>],
-    pub views: &'a Views<'a, S>,
-    pub count: &'a mut C,
-}
-
-impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPackets<'_, S, B, C, ANY> {
-    type Output = Packets;
-
-    #[inline(always)]
-    fn block<K: Block<S>>(mut self, block: &K) -> Packets {
-        if !K::OUTLINED {
-            return self.row_by_row(block, self.which);
-        }
-        let Rows { run, base, .. } = self.rows;
-        // Rays that start on a row are for the rows' own test.
-        let mut starting = 0;
-        for k in each_packet(self.which & self.views.starting) {
-            starting |= Packets::from(self.queries[k].starts_within(base + run.first, run.len)) << k;
-        }
-        let found = self.row_by_row(block, starting);
-        let Self { rows, which, packets, queries, views, count } = self;
-        let mut others = Outlined::<S, B, C, ANY> { rows, packets, queries, views, count };
-        let which = which & !starting;
-        if which == 0 { found } else { found | others.test(block, which) }
-    }
-}
-
-impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> TestPackets<'_, S, B, C, ANY> {
-    /// The packets of `which`, each by itself.
-    #[inline(always)]
-    fn row_by_row<K: Block<S>>(&mut self, block: &K, which: Packets) -> Packets {
-        let mut found = 0;
-        for k in each_packet(which) {
-            let (query, state) = (&mut self.queries[k], &mut self.packets[k]);
-            let changed = self.rows.test_counting(block, query, (state.live(), ANY), self.count);
-            if changed != 0 {
-                state.found(changed, query.t, ANY);
-                found |= 1 << k;
-            }
-        }
-        found
-    }
 }
 
 /// The test of a run of one kind by some lanes of several packets: those of the last that found something nearer.
