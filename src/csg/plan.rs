@@ -3,6 +3,7 @@
 use super::bracket::{Body, PAD};
 use super::capsule::Capsule;
 use super::parts::{Few, Many, PartSet};
+use super::single::single;
 use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, slice};
 use crate::kernel::{Aabb, Solid};
 use crate::lane::{LANES, Scalar};
@@ -390,6 +391,6 @@ fn ball(bounds: Aabb, middle: DVec3, size: f64) -> Option<[f32; 4]> {
     }
     // The test loses some roundings of squares of the size of the whole.
     let square = radius * radius * (1.0 + BALL_ROOM) + size * size * (64.0 * f32::UNIT_ROUNDOFF);
-    let [x, y, z] = center.to_array().map(|x| x as f32);
+    let [x, y, z] = single(center);
     Some([x, y, z, square as f32])
 }

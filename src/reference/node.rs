@@ -43,7 +43,7 @@ pub enum NodeKind {
 
 /// What lines pass by in a group, and the state of what they pass by.
 pub struct Near {
-    pub tree: BoxTree,
+    tree: BoxTree,
     /// The children that a line is inside of which passes by them: those that are inside out.
     inside_out: Vec<bool>,
     /// How many those are.
@@ -122,6 +122,11 @@ impl Near {
     pub fn new(boxes: &[Option<PartBox>], inside_out: Vec<bool>, tally: &Tally) -> Self {
         let insides = inside_out.iter().filter(|&&inside_out| inside_out).count();
         Self { tree: BoxTree::new(boxes, 1, tally), inside_out, insides }
+    }
+
+    /// The children that a ray may meet.
+    pub fn ahead_of(&self, ray: &Ray) -> SmallVec<[u32; 16]> {
+        self.tree.met_by(ray.origin, ray.dir, Reach::Ahead)
     }
 
     /// The children that a line may meet, and how many of the others it is inside of, all the way.

@@ -1,6 +1,5 @@
 //! The scene, resolved for tracing: which surface a ray meets first, what that shows, and what a ray starts in.
 
-use super::box_tree::Reach;
 use super::build;
 use super::interior::Media;
 use super::node::{Join, Near, Node, NodeKind, PlacedTexture};
@@ -145,8 +144,7 @@ impl Node {
             None => smallvec![self],
             Some((parts, None)) => parts.iter().flat_map(|part| part.separate(ray)).collect(),
             Some((parts, Some(near))) => {
-                let met = near.tree.met_by(ray.origin, ray.dir, Reach::Ahead);
-                met.into_iter().flat_map(|part| parts[part as usize].separate(ray)).collect()
+                near.ahead_of(ray).into_iter().flat_map(|part| parts[part as usize].separate(ray)).collect()
             }
         }
     }
