@@ -2,8 +2,9 @@
 
 FOLDER holds what `geometry.py` has written; ray sets are made there by octray in double precision (`strict`). Rounds are
 interleaved, one process of each engine after the other, each round beginning with another and every second backward; in a process each set is traced
-`--repeat` times, of which the middle counts: the first pays for memory that nobody has touched. A figure is the median over
-rounds, in rays per second of processor time of one thread, so that it holds on a machine others use too. `Embree` is the better
+`--repeat` times, of which the middle counts: the first pays for memory that nobody has touched, and three are over within one slow
+spell of a shared host. A figure is the median over rounds, in rays per second of processor time of one thread, so that it holds on a
+machine others use too. `Embree` is the better
 of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
 
 How many answers differ (hit against miss, or a distance by over 1e-5 of it) is counted twice: from those in double precision, and
@@ -148,7 +149,7 @@ def main():
     for name in ["octray", "embree", "folder", "out"]:
         parse.add_argument(name, type=Path)
     parse.add_argument("--rounds", type=int, default=7)
-    parse.add_argument("--repeat", type=int, default=3)
+    parse.add_argument("--repeat", type=int, default=9)
     parse.add_argument("--only", default="")
     parse.add_argument("--best", action="store_true")
     args = parse.parse_args()
