@@ -4,8 +4,7 @@ FOLDER holds what `geometry.py` has written; ray sets are made there by octray i
 interleaved, one process of each engine after the other, each round beginning with another and every second backward; in a process each set is traced
 `--repeat` times, of which the middle counts: the first pays for memory that nobody has touched, and three are over within one slow
 spell of a shared host. A figure is the median over rounds, in rays per second of processor time of one thread, so that it holds on a
-machine others use too. `Embree` is the better
-of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
+machine others use too. `Embree` is the better of its two flags, as its scenes are without and with `RTC_SCENE_FLAG_ROBUST`.
 
 How many answers differ (hit against miss, or a distance by over 1e-5 of it) is counted twice: from those in double precision, and
 those of `fast` from Embree's with and without the robust flag.
