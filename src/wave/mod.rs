@@ -26,6 +26,7 @@ mod query;
 mod queue;
 mod regroup;
 mod rows;
+mod screened;
 mod shade;
 mod shadow;
 mod sharpen;

@@ -3,6 +3,7 @@
 use super::outlined::Outlined;
 use super::query::Query;
 use super::rows::{Rows, Views};
+use super::screened::ScreenedPackets;
 use crate::bvh::{Count, Packet, Packets, each_packet};
 use crate::compile::WithBlock;
 use crate::kernel::Block;
@@ -23,6 +24,10 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> WithBlock<S> for TestPacke
 
     #[inline(always)]
     fn block<K: Block<S>>(mut self, block: &K) -> Packets {
+        if K::SCREENED && self.which.count_ones() > 1 {
+            let Self { rows, which, packets, queries, count, .. } = self;
+            return ScreenedPackets::<S, B, C, ANY> { rows, packets, queries, count }.test(block, which);
+        }
         if !K::OUTLINED {
             return self.row_by_row(block, self.which);
         }

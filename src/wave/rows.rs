@@ -231,7 +231,7 @@ fn first_screened<S: Scalar, K: Block<S>>(
 
 /// [`Block::first`] of rays some of which start there, called.
 #[inline(never)]
-fn first_left<S: Scalar, K: Block<S>>(
+pub fn first_left<S: Scalar, K: Block<S>>(
     block: &K,
     row: usize,
     rays: &Rays<S::Lane>,
@@ -243,7 +243,7 @@ fn first_left<S: Scalar, K: Block<S>>(
 
 /// [`Block::first_screened`], called.
 #[inline(never)]
-fn first_met<S: Scalar, K: Block<S>>(
+pub fn first_met<S: Scalar, K: Block<S>>(
     block: &K,
     row: usize,
     rays: &Rays<S::Lane>,
