@@ -65,6 +65,12 @@ impl InTheWay {
         }
     }
 
+    /// Where rays cross a composite between two places of the list: surfaces, distances and the rays these hold for, in no order.
+    #[inline(always)]
+    pub fn crossed(&self, first: u32, end: u32) -> &[(SurfaceId, f64x8, u8)] {
+        &self.crossings[first as usize..end as usize]
+    }
+
     /// Hands what was noted of an instance on to the way through its scene, where surfaces have the numbers that `surface` gives.
     #[inline(always)]
     pub fn hand_to(&self, way: &mut Self, surface: impl Fn(SurfaceId) -> SurfaceId) {
@@ -176,7 +182,7 @@ impl Crossings {
                 }
                 Transparent::Composite { first, end } => {
                     let before = each_lane(|lane| found[lane].len());
-                    for &(surface, t, crossed) in &way.crossings[first as usize..end as usize] {
+                    for &(surface, t, crossed) in way.crossed(first, end) {
                         let (rank, tint) = (scene.ranks.of(surface), tint(surface));
                         for lane in bits(crossed & met) {
                             found[lane].push(Crossing { t: t.lanes()[lane], rank, surface, tint });
@@ -211,7 +217,7 @@ impl Crossings {
 }
 
 /// A crossing is off by one rounding of its distance in the scene's precision, and the sum with this by another; four are two places.
-const T_ROUNDINGS: f64 = 4.0;
+pub const T_ROUNDINGS: f64 = 4.0;
 
 /// Drops those of a ray's crossings with a composite, which come in order, that are at one place with the one before, and rounds the
 /// others to the scene's precision.

@@ -3,7 +3,7 @@
 //! Rays go from crossing to crossing, the nearest first: which of two surfaces at one place counts is decided so, and how far a ray has
 //! come in an interior. Where each surface lets through one colour, that is all that is asked for.
 
-use super::crossings::{Crossing, Crossings, InTheWay, Transparent, each_crossing};
+use super::crossings::{Crossing, Crossings, InTheWay, T_ROUNDINGS, Transparent, each_crossing};
 use super::emit::NO_LIGHT;
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
@@ -11,9 +11,10 @@ use super::query::{Query, rounded, rounding_at, start_rounding};
 use super::queue::Feelers;
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId};
 use crate::kernel::Surfaces;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8, f64x8};
 use crate::texture::{Colors, PigmentProgram};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 struct Rest {
@@ -117,6 +118,9 @@ pub fn through<S: Scalar, B: Scalar>(
         });
         return rest.filter;
     }
+    if let Some(filter) = tinted_by_composites(scene, (query, lanes), way, tints) {
+        return filter;
+    }
     crossings.find(&scene.geometry, query, way, lanes, |surface| tints.of(scene, surface));
     let (mut colored, mut waiting) = ([f32x8::lit(1.0); 3], 0);
     for lane in bits(lanes) {
@@ -169,6 +173,74 @@ fn tinted_by<S: Scalar, B: Scalar>(
         }
     });
     filter
+}
+
+/// What is left of the light of the rays `lanes` of `query` by composites in their `way`, each of whose surfaces lets through one colour: if
+/// that is all they meet, and each of them meets one. To the bit as [`Crossings::find`] and [`tinted`] have it, which go ray by ray.
+fn tinted_by_composites<S: Scalar, B: Scalar>(
+    scene: &Compiled<S, B>,
+    (query, lanes): (&Query<S::Lane>, u8),
+    way: &InTheWay,
+    tints: &mut Tints,
+) -> Option<Vec3<f32x8>> {
+    let mut once = 0;
+    for &(thing, met) in &way.things {
+        let (met, is_composite) = (met & lanes, matches!(thing, Transparent::Composite { .. }));
+        if met & once != 0 || met != 0 && !is_composite {
+            return None;
+        }
+        once |= met;
+    }
+    let mut filter = Vec3::lit(1.0);
+    for &(thing, met) in &way.things {
+        if let (Transparent::Composite { first, end }, true) = (thing, met & lanes != 0) {
+            let mut crossings = SmallVec::<[Colored; 8]>::new();
+            for &(surface, t, crossed) in way.crossed(first, end) {
+                let (rank, tint) = (scene.geometry.ranks.of(surface), tints.of(scene, surface)?);
+                crossings.push(Colored { rank, t, crossed, tint });
+            }
+            // Of surfaces at one place the first declared counts.
+            crossings.sort_unstable_by_key(|crossing| crossing.rank);
+            pass(&crossings, (query, met & lanes), &mut filter);
+        }
+    }
+    Some(filter)
+}
+
+/// Where rays cross a surface that lets through one colour.
+struct Colored {
+    rank: u32,
+    t: f64x8,
+    /// Rays that cross it there.
+    crossed: u8,
+    tint: [f32; 3],
+}
+
+/// Dims the light of the rays `live` of `query` by a composite's crossings, which come by rank.
+fn pass<L: Lane>(crossings: &[Colored], (query, mut live): (&Query<L>, u8), filter: &mut Vec3<f32x8>) {
+    let inf = f64x8::lit(f64::INFINITY);
+    let (mut beyond, mut after) = (-inf, query.t_min.in_register());
+    loop {
+        let (mut next, mut tint) = (inf, Vec3::lit(0.0));
+        for crossing in crossings {
+            let &Colored { t, crossed, .. } = crossing;
+            let nearer = Mask::from_bits(crossed & live) & t.gt(beyond) & t.lt(next);
+            next = nearer.select(t, next);
+            tint = Vec3::select(nearer.cast(), Vec3::broadcast(crossing.tint), tint);
+        }
+        let found = next.lt(inf);
+        if found.none() {
+            return;
+        }
+        let t = L::from_f64s(next);
+        let rounding = start_rounding(&(query.rays.origin + query.rays.dir * t));
+        // What is at one place with the one before is passed over.
+        let apart = rounding.max(t * L::lit(T_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF));
+        beyond = found.select((t + apart).to_f64s(), beyond);
+        let counts = found.cast() & t.gt(after);
+        live &= dim(filter, tint, counts.bits()) | !counts.bits();
+        after = counts.select(t + rounding, after);
+    }
 }
 
 /// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
