@@ -161,21 +161,20 @@ impl CsgTree {
         nearest
     }
 
-    /// As [`CsgTree::surfaces`] for the first of two askers, the only one that asks, in the lanes where it can be told in single
-    /// precision: those where it cannot.
+    /// As [`CsgTree::surfaces`], in the lanes where it can be told in single precision: those where it cannot.
     #[inline(always)]
     pub(super) fn decide_all<P: RuleSet>(
         &self,
         (composite, plan): (&Composite, &Decision<P>),
-        (askers, lanes, t_max): ([&Asker<impl PartRoots>; 2], u8, f64x8),
+        (askers, lanes, t_max): ([&Asker<impl PartRoots>; 2], u16, [f64x8; 2]),
         sketch: &mut Sketch,
-        found: &mut impl FnMut(u32, f64x8, u8),
-    ) -> u8 {
+        found: &mut impl FnMut(usize, u32, f64x8, u8),
+    ) -> u16 {
         let lines = FootRays::new(plan, askers);
-        let mut window = Window::new(plan, &lines, (askers, lanes.into()), [t_max; 2]);
+        let mut window = Window::new(plan, &lines, (askers, lanes), t_max);
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
-            return of_packet(window.doubt, 0);
+            return window.doubt;
         };
         sketch.surfaces.clear();
         for part in (near & plan.seen).each() {
@@ -194,21 +193,23 @@ impl CsgTree {
                 let (sure, maybe) = self.is_surface(&question, rule, (sketch, near), end, wanted);
                 let sure = sure & sharp & window.own.1.lt(end.0) & end.1.lt(window.before_end);
                 window.give_up((maybe & !sure).bits());
-                if (sure.bits() & window.live) != 0 {
-                    let (number, sure) = (question.first + part, of_packet(sure.bits(), 0));
-                    let t = self.crossing((0, number), &question, end, sketch);
-                    let known = t.equal(t).bits();
-                    window.give_up((sure & !known).into());
-                    sketch.surfaces.push((number, t, sure));
+                let (number, sure) = (question.first + part, sure.bits() & window.live);
+                for k in 0..askers.len() {
+                    let sure = of_packet(sure, k);
+                    if sure != 0 {
+                        let t = self.crossing((k, number), &question, end, sketch);
+                        window.give_up(in_packet(sure & !t.equal(t).bits(), k));
+                        sketch.surfaces.push((k, number, t, sure));
+                    }
                 }
             }
         }
-        let live = of_packet(window.live, 0);
-        for &(number, t, lanes) in &sketch.surfaces {
-            if lanes & live != 0 {
-                found(number, t, lanes & live);
+        for &(k, number, t, lanes) in &sketch.surfaces {
+            let lanes = lanes & of_packet(window.live, k);
+            if lanes != 0 {
+                found(k, number, t, lanes);
             }
         }
-        of_packet(window.doubt, 0)
+        window.doubt
     }
 }

@@ -1,4 +1,4 @@
-//! The nearest surface of a composite along the rays of two packets, and all of them along those of one.
+//! The nearest surface of a composite along the rays of two packets, and all of them.
 
 use super::along::{Along, Place, TIE};
 use super::asker::{Asker, by_packets, of_packet};
@@ -130,8 +130,8 @@ impl CsgTree {
         changed
     }
 
-    /// Hands on all surfaces of `composite` before `t_max` where `lanes` of the asker look, in no order: parts, distances and the lanes they hold
-    /// for. Otherwise as [`CsgTree::nearest`].
+    /// Hands on all surfaces of `composite` before `t_max` where `lanes` of two askers look, in no order: which asker's, parts, distances and
+    /// the lanes they hold for. Otherwise as [`CsgTree::nearest`].
     ///
     /// Asked for one by one, each but the first begins where the one before lies, which single precision does not tell apart: all of
     /// them would go the way of all crossings.
@@ -139,24 +139,30 @@ impl CsgTree {
     pub fn surfaces(
         &self,
         composite: &Composite,
-        (asker, lanes, stretch): (&Asker<impl PartRoots>, u8, &mut Option<Stretch>),
-        (t_max, classes): (f64x8, u8),
+        (askers, mut lanes): ([&Asker<impl PartRoots>; 2], [u8; 2]),
+        (stretches, which): (&mut [Option<Stretch>], [usize; 2]),
+        (t_max, classes): ([f64x8; 2], u8),
         scratch: &mut Scratch,
-        mut found: impl FnMut(u32, f64x8, u8),
+        mut found: impl FnMut(usize, u32, f64x8, u8),
     ) {
-        let lanes = lanes & asked(composite, asker, stretch);
-        let looking = ([asker; 2], lanes, t_max);
+        for (k, lanes) in lanes.iter_mut().enumerate() {
+            *lanes &= asked(composite, askers[k], &mut stretches[which[k]]);
+        }
+        let looking = (askers, by_packets(|k| lanes[k]), t_max);
         let sketch = scratch.sketch.get_or_insert_default();
         let doubt = match &composite.plan {
             Some(Plan::Few(plan)) => self.decide_all((composite, plan), looking, sketch, &mut found),
             Some(Plan::Many(plan)) => self.decide_all((composite, plan), looking, sketch, &mut found),
-            None => lanes,
+            None => by_packets(|k| lanes[k]),
         };
-        if doubt != 0 {
-            let Asker { rays, source, t_min, all, .. } = asker;
-            let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, *all));
-            let looking = (doubt, [*t_min, t_max], classes);
-            self.walk_all(composite, (rays, stretch), looking, source, scratch, found);
+        for (k, &Asker { rays, ref source, t_min, all }) in askers.into_iter().enumerate() {
+            let doubt = of_packet(doubt, k);
+            if doubt != 0 {
+                let stretch = stretches[which[k]].get_or_insert_with(|| Stretch::new(rays, all));
+                let looking = (doubt, [t_min, t_max[k]], classes);
+                let found = |part, t, lanes| found(k, part, t, lanes);
+                self.walk_all(composite, (rays, stretch), looking, source, scratch, found);
+            }
         }
     }
 

@@ -77,8 +77,8 @@ pub(super) struct Sketch {
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are, along which packet's rays.
     pub(super) asked: Vec<((usize, u32), Range<usize>)>,
-    /// What are surfaces, if all are asked for: parts, distances and lanes.
-    pub(super) surfaces: Vec<(u32, f64x8, u8)>,
+    /// What are surfaces, if all are asked for: packets, parts, distances and lanes.
+    pub(super) surfaces: Vec<(usize, u32, f64x8, u8)>,
 }
 
 impl Default for Sketch {

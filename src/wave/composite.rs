@@ -105,19 +105,26 @@ fn take<L: Lane, const ANY: bool>(
     }
 }
 
-/// Hands on all surfaces of a composite, with their distances, in the way of the rays `lanes` of `query`: in no order.
+/// Hands on all surfaces of a composite, with their distances, in the way of rays of two packets, in no order: whether it is the first or
+/// the second packet's comes before. Otherwise as [`composites`].
 pub fn surfaces<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     composite: &Composite,
-    query: &Query<S::Lane>,
-    (lanes, filter): (u8, u8),
-    (scratch, stretch): (&mut Scratch, &mut Option<Stretch>),
-    mut found: impl FnMut(SurfaceId, f64x8, u8),
+    comers: &mut Comers<S::Lane>,
+    ([a, b], lanes, filter): ([usize; 2], [u8; 2], u8),
+    scratch: &mut Scratch,
+    mut found: impl FnMut(usize, SurfaceId, f64x8, u8),
 ) {
-    let mut room = None;
-    let asker = asker(scene, composite, query, &mut room);
-    let found = |part, t, lanes| found(scene.first_part + part, t, lanes);
-    scene.csg.surfaces(composite, (&asker, lanes, stretch), (query.t.to_f64s(), filter), scratch, found);
+    let Comers { queries, stretches } = comers;
+    let (mut room, mut other_room) = (None, None);
+    let askers = [
+        &asker(scene, composite, &queries[a], &mut room),
+        &asker(scene, composite, &queries[b], &mut other_room),
+    ];
+    let t_max = [a, b].map(|k| queries[k].t.to_f64s());
+    let found = |k, part, t, lanes| found(k, scene.first_part + part, t, lanes);
+    let lines = (&mut **stretches, [a, b]);
+    scene.csg.surfaces(composite, (askers, lanes), lines, (t_max, filter), scratch, found);
 }
 
 /// Crossings of composites' parts.

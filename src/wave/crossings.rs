@@ -1,12 +1,12 @@
 //! What is see-through in the way of shadow rays: noted thing by thing while a walk looks for what blocks them, and
 //! gone through crossing by crossing once nothing does.
 
-use super::composite::surfaces;
+use super::composite::{Comers, surfaces};
 use super::instances::Placed;
 use super::query::{Query, rounded, rounding_at};
 use super::rows::Rows;
 use crate::compile::{Geometry, SurfaceId, WithBlock, class};
-use crate::csg::{Composite, Scratch, Stretch};
+use crate::csg::{Composite, Scratch};
 use crate::kernel::{Block, Left, Rays};
 use crate::lane::{LANES, Lane, Mask, Scalar, bits, each_lane, f64x8};
 use glam::DVec3;
@@ -47,24 +47,6 @@ impl InTheWay {
         self.noted = 0;
     }
 
-    /// Notes which of the rays `lanes` of `query` meet a composite, and where.
-    pub fn note_composite<S: Scalar, B: Scalar>(
-        &mut self,
-        scene: &Geometry<S, B>,
-        composite: &Composite,
-        (query, lanes): (&Query<S::Lane>, u8),
-        buffers: (&mut Scratch, &mut Option<Stretch>),
-    ) {
-        let (first, mut met) = (self.crossings.len() as u32, 0);
-        surfaces(scene, composite, query, (lanes, class::FILTERS), buffers, |surface, t, crossed| {
-            self.crossings.push((surface, t, crossed));
-            met |= crossed;
-        });
-        if met != 0 {
-            self.note(Transparent::Composite { first, end: self.crossings.len() as u32 }, met);
-        }
-    }
-
     /// Where rays cross a composite between two places of the list: surfaces, distances and the rays these hold for, in no order.
     #[inline(always)]
     pub fn crossed(&self, first: u32, end: u32) -> &[(SurfaceId, f64x8, u8)] {
@@ -87,6 +69,30 @@ impl InTheWay {
     pub fn note(&mut self, thing: Transparent, met: u8) {
         self.things.push((thing, met));
         self.noted |= met;
+    }
+}
+
+/// Notes on the `ways` of two packets which of their rays `lanes` meet a composite, and where. (Of one packet named twice the second has no
+/// such rays.)
+pub fn note_composite<S: Scalar, B: Scalar>(
+    ways: &mut [InTheWay],
+    scene: &Geometry<S, B>,
+    composite: &Composite,
+    comers: &mut Comers<S::Lane>,
+    (which, lanes): ([usize; 2], [u8; 2]),
+    scratch: &mut Scratch,
+) {
+    let (first, mut met) = (which.map(|k| ways[k].crossings.len() as u32), [0; 2]);
+    let looking = (which, lanes, class::FILTERS);
+    surfaces(scene, composite, comers, looking, scratch, |k, surface, t, crossed| {
+        ways[which[k]].crossings.push((surface, t, crossed));
+        met[k] |= crossed;
+    });
+    for (k, met) in met.into_iter().enumerate() {
+        if met != 0 {
+            let way = &mut ways[which[k]];
+            way.note(Transparent::Composite { first: first[k], end: way.crossings.len() as u32 }, met);
+        }
     }
 }
 

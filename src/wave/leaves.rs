@@ -1,7 +1,7 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
 use super::composite::{Comers, composites};
-use super::crossings::{InTheWay, NoteRun};
+use super::crossings::{InTheWay, NoteRun, note_composite};
 use super::instances::Placed;
 use super::packets::TestPackets;
 use super::query::Query;
@@ -68,14 +68,14 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
             in_instances = self.instances(run, 0, &live[..packets.len().min(GROUP)]);
         }
         let (mut changed, mut in_composites) = (0, [0; GROUP]);
-        if run.kind == COMPOSITE && !noted {
-            self.composites_by_two(run, which, packets, &mut in_composites);
+        if run.kind == COMPOSITE {
+            self.composites_by_two(run, which, packets, (noted, &mut in_composites));
         }
         for k in each_packet(which) {
             let found = match run.kind {
                 INSTANCE => in_instances[k],
-                _ if noted => self.run(run, k, packets[k].live()),
-                _ => in_composites[k],
+                COMPOSITE => in_composites[k],
+                _ => self.run(run, k, packets[k].live()),
             };
             if found != 0 {
                 packets[k].found(found, self.queries[k].t, ANY);
@@ -266,19 +266,24 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         composites::<S, B, ANY>(self.scene, run, &mut comers, (which, lanes, self.filter), scratch)
     }
 
-    /// Tests a run of composites against some packets, two by two: by packet, the lanes that have found something.
+    /// Tests a run of composites against some packets, two by two: by packet, the lanes that have found something. Or has them `noted`.
     #[inline(always)]
     fn composites_by_two(
         &mut self,
         run: &Run,
         which: Packets,
         packets: &[Packet<B>],
-        found: &mut [u8; GROUP],
+        (noted, found): (bool, &mut [u8; GROUP]),
     ) {
         let mut which = each_packet(which);
         while let Some(a) = which.next() {
             let (b, live) = which.next().map_or((a, 0), |b| (b, packets[b].live()));
-            let [of_a, of_b] = self.composites(run, [a, b], [packets[a].live(), live]);
+            let lanes = [packets[a].live(), live];
+            if noted {
+                self.note_composites(run, [a, b], lanes);
+                continue;
+            }
+            let [of_a, of_b] = self.composites(run, [a, b], lanes);
             // (The second first: it may be the first again, idle.)
             (found[b], found[a]) = (of_b, of_a);
         }
@@ -295,19 +300,27 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Notes which shadow rays meet the see-through things of a run, and lets them go on.
     #[inline(never)]
     fn note(&mut self, run: &Run, packet: usize, lanes: u8) {
-        if run.kind != COMPOSITE {
-            let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
-            let way = &mut self.ways[packet];
-            let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, lanes, way });
-            self.count.leaf(tested, lanes.count_ones());
+        if run.kind == COMPOSITE {
+            self.note_composites(run, [packet; 2], [lanes, 0]);
             return;
         }
-        let (query, way) = (&self.queries[packet], &mut self.ways[packet]);
-        let Self { scene, buffers, stretches, count, .. } = self;
+        let (rows, query) = (rows(self.scene, run), &self.queries[packet]);
+        let way = &mut self.ways[packet];
+        let tested = self.scene.columns.with(run.kind, NoteRun { rows, query, lanes, way });
+        self.count.leaf(tested, lanes.count_ones());
+    }
+
+    /// The same with see-through composites and two packets, or one packet named twice.
+    #[inline(never)]
+    fn note_composites(&mut self, run: &Run, which: [usize; 2], lanes: [u8; 2]) {
+        let Self { scene, queries, buffers, stretches, ways, count, .. } = self;
+        let mut comers = Comers { queries, stretches };
         for composite in &scene.csg.composites[run.first as usize..(run.first + run.len) as usize] {
-            count.leaf(1, lanes.count_ones());
-            let buffers = (&mut buffers.scratch, &mut stretches[packet]);
-            way.note_composite(scene, composite, (query, lanes), buffers);
+            for lanes in lanes.iter().filter(|&&lanes| lanes != 0) {
+                count.leaf(1, lanes.count_ones());
+            }
+            let looking = (which, lanes);
+            note_composite(&mut ways[..], scene, composite, &mut comers, looking, &mut buffers.scratch);
         }
     }
 }
