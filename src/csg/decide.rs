@@ -83,7 +83,7 @@ impl CsgTree {
                 let these = which.equal(f32x8::splat(part)).bits() & found;
                 found &= !these;
                 let number = question.first + part as u32;
-                let t = self.crossing((k, number), &question, *at, sketch);
+                let t = self.crossing((k, number, these), &question, *at, sketch);
                 let known = t.equal(t).bits();
                 window.doubt |= in_packet(these & !known, k);
                 let wanted = (t.gt(asker.t_min) & t.le(best[k].t)).bits() & these & known;
@@ -197,7 +197,9 @@ impl CsgTree {
                 for k in 0..askers.len() {
                     let sure = of_packet(sure, k);
                     if sure != 0 {
-                        let t = self.crossing((k, number), &question, end, sketch);
+                        // (What is known of a part is asked for once, and is to do for its other crossings.)
+                        let lanes = of_packet(window.live, k);
+                        let t = self.crossing((k, number, lanes), &question, end, sketch);
                         window.give_up(in_packet(sure & !t.equal(t).bits(), k));
                         sketch.surfaces.push((k, number, t, sure));
                     }

@@ -352,7 +352,7 @@ impl CsgTree {
                 let from_inside = source.between(number, rays, &looking, crossings);
                 Bracket::of_endless(&crossings[start..], from_inside, shift, pad)
             } else {
-                source.crossings(number, rays, crossings);
+                source.crossings(number, rays, lanes, crossings);
                 Bracket::of_crossings(&crossings[start..], shift, pad)
             };
             asked.push(((k, number), start..crossings.len()));
@@ -454,11 +454,11 @@ impl CsgTree {
         if node.inverted { [!perhaps, !surely] } else { [surely, perhaps] }
     }
 
-    /// A part's crossing that is bracketed, for packet `k` in double precision; NaN where there is none.
+    /// A part's crossing that is bracketed, for `lanes` of packet `k` in double precision; NaN where there is none.
     #[inline(always)]
     pub(super) fn crossing<P>(
         &self,
-        (k, number): (usize, u32),
+        (k, number, lanes): (usize, u32, u8),
         question: &Question<P, impl PartRoots>,
         at: Between,
         sketch: &mut Sketch,
@@ -469,7 +469,7 @@ impl CsgTree {
         let known = asked.iter().find(|(other, _)| *other == (k, number)).map(|(_, range)| range.clone());
         let range = known.unwrap_or_else(|| {
             let start = crossings.len();
-            source.crossings(number, rays, crossings);
+            source.crossings(number, rays, lanes, crossings);
             asked.push(((k, number), start..crossings.len()));
             start..crossings.len()
         });

@@ -15,8 +15,8 @@ pub trait PartRoots {
     /// Where inside and outside change between two distances, and perhaps elsewhere: of a part whose surface is its whole boundary.
     /// And the lanes that are inside before all of this.
     fn between(&self, part: u32, rays: &Rays<f64x8>, looking: &Looking<f64x8>, out: &mut Vec<f64x8>) -> u8;
-    /// The surface crossings only.
-    fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>);
+    /// The surface crossings only, those of `lanes` at least.
+    fn crossings(&self, part: u32, rays: &Rays<f64x8>, lanes: u8, out: &mut Vec<f64x8>);
     /// Asks the memory for a part that will soon be asked.
     fn prefetch(&self, part: u32);
     /// True if some of the rays start on a part.

@@ -444,15 +444,16 @@ impl<S: Scalar> Tori<S> {
         (roots, own)
     }
 
-    /// All crossings, sorted, NaN last.
+    /// All crossings of `lanes`, sorted, NaN last.
     #[inline(always)]
     fn all_crossings(
         &self,
         i: usize,
         rays: &Rays<S::Lane>,
         left: Option<&Left<S::Lane>>,
+        lanes: Mask<f64x8>,
     ) -> ([f64x8; 4], Rays<f64x8>) {
-        match self.crossings(i, rays, left, &Wanted::all()) {
+        match self.crossings(i, rays, left, &Wanted { lanes, ..Wanted::all() }) {
             Some((roots, own)) => (sorted(roots), own),
             None => ([f64x8::lit(f64::NAN); 4], Rays::default()),
         }
@@ -467,10 +468,26 @@ impl<S: Scalar> Block<S> for Tori<S> {
         self.major.len()
     }
 
+    /// (Only of the lanes that look, but all of theirs.)
+    #[inline]
+    fn cross(
+        &self,
+        i: usize,
+        rays: &Rays<S::Lane>,
+        left: Option<&Left<S::Lane>>,
+        looking: Option<&Looking<S::Lane>>,
+        out: &mut Vec<S::Lane>,
+    ) -> Mask<S::Lane> {
+        let lanes = looking.map_or(Mask::all_set(), |looking| Mask::from_bits(looking.lanes));
+        let (roots, _) = self.all_crossings(i, rays, left, lanes);
+        out.extend(roots.map(|root| S::Lane::from_f64s(root).in_register()));
+        self.starts_inside(i, rays)
+    }
+
     /// Bounded by sphere and slab, then Ferrari at the closest point to the middle and Newton on the tube.
     #[inline]
     fn roots(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        self.all_crossings(i, rays, left).0.map(S::Lane::from_f64s)
+        self.all_crossings(i, rays, left, Mask::all_set()).0.map(S::Lane::from_f64s)
     }
 
     #[inline(always)]
@@ -520,7 +537,7 @@ impl<S: Scalar> Block<S> for Tori<S> {
     /// Without the inner sheet of a spindle torus.
     #[inline]
     fn boundary(&self, i: usize, rays: &Rays<S::Lane>, left: Option<&Left<S::Lane>>) -> [S::Lane; 4] {
-        let ([a, b, c, d], own) = self.all_crossings(i, rays, left);
+        let ([a, b, c, d], own) = self.all_crossings(i, rays, left, Mask::all_set());
         let none = f64x8::lit(f64::NAN);
         // Between the second and third crossing lies the lens of the overlap, or a dimple outside: one question for
         // both, so that they stay a pair.

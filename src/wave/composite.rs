@@ -152,8 +152,10 @@ impl<S: Scalar, B: Scalar> PartRoots for Parts<'_, S, B> {
     }
 
     #[inline]
-    fn crossings(&self, part: u32, rays: &Rays<f64x8>, out: &mut Vec<f64x8>) {
-        self.ask(part, rays, out, (false, None));
+    fn crossings(&self, part: u32, rays: &Rays<f64x8>, lanes: u8, out: &mut Vec<f64x8>) {
+        let inf = f64x8::lit(f64::INFINITY);
+        let looking = Looking { from: -inf, to: inf, lanes, any: false };
+        self.ask(part, rays, out, (false, Some(&looking)));
     }
 
     #[inline(always)]
