@@ -139,7 +139,7 @@ pub struct Crossing {
     /// Distance along the ray.
     pub t: f64,
     /// Of surfaces at one place the first declared counts.
-    rank: u32,
+    pub rank: u32,
     /// What is crossed.
     pub surface: SurfaceId,
     /// What it lets through, if that is one colour.
@@ -147,7 +147,8 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    fn order(&self, other: &Self) -> Ordering {
+    /// By distance, then by rank.
+    pub fn order(&self, other: &Self) -> Ordering {
         self.t.total_cmp(&other.t).then(self.rank.cmp(&other.rank))
     }
 }
@@ -227,7 +228,7 @@ pub const T_ROUNDINGS: f64 = 4.0;
 
 /// Drops those of a ray's crossings with a composite, which come in order, that are at one place with the one before, and rounds the
 /// others to the scene's precision.
-fn settle<S: Scalar>(crossings: &mut Vec<Crossing>, first: usize, line: (DVec3, DVec3)) {
+pub fn settle<S: Scalar>(crossings: &mut Vec<Crossing>, first: usize, line: (DVec3, DVec3)) {
     let (mut kept, mut beyond) = (first, f64::NEG_INFINITY);
     for k in first..crossings.len() {
         let crossing = crossings[k];

@@ -3,18 +3,16 @@
 //! Rays go from crossing to crossing, the nearest first: which of two surfaces at one place counts is decided so, and how far a ray has
 //! come in an interior. Where each surface lets through one colour, that is all that is asked for.
 
-use super::crossings::{Crossing, Crossings, InTheWay, T_ROUNDINGS, Transparent, each_crossing};
-use super::emit::NO_LIGHT;
+use super::crossings::{Crossings, InTheWay, Transparent, each_crossing};
 use super::hits::{resolve, seen_from_inside};
 use super::medium::{Media, fade_over};
-use super::query::{Query, rounded, rounding_at, start_rounding};
+use super::query::{Query, start_rounding};
 use super::queue::Feelers;
+use super::tinted::{dim, tinted, tinted_by, tinted_by_composites};
 use crate::compile::{Compiled, NO_SURFACE, Owner, SurfaceId};
 use crate::kernel::Surfaces;
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, bits, choose, each_number, equal_lanes, f32x8};
 use crate::texture::{Colors, PigmentProgram};
-use glam::DVec3;
-use smallvec::SmallVec;
 
 /// What is left to be done of a packet of shadow rays that goes from surface to surface.
 struct Rest {
@@ -29,16 +27,6 @@ impl Rest {
     fn of<L: Lane>(rays: &Feelers<L>) -> Self {
         Self { filter: Vec3::lit(1.0), medium: rays.medium }
     }
-}
-
-/// Lets `tint` of the light through that is left by `filter`, in some lanes: those where that leaves any.
-#[inline(always)]
-fn dim(filter: &mut Vec3<f32x8>, tint: Vec3<f32x8>, lanes: u8) -> u8 {
-    let through = filter.mul(tint);
-    let worth = through.abs().max_element().ge(f32x8::lit(NO_LIGHT));
-    let left = through.map(|f| worth.keep(f));
-    *filter = Vec3::select(Mask::from_bits(lanes), left, *filter);
-    lanes & worth.bits()
 }
 
 /// What textures let through wherever rays meet them, by their numbers, as far as that was asked for; of those that let through
@@ -105,7 +93,7 @@ pub fn through<S: Scalar, B: Scalar>(
     let mut met = way.things.iter().filter(|(_, met)| met & lanes != 0);
     if let (Some(&(Transparent::Primitive(surface), _)), None) = (met.next(), met.next()) {
         if let Some(tint) = tints.of(scene, surface) {
-            return tinted_by(scene, (query, lanes), surface, Vec3::broadcast(tint));
+            return tinted_by(&scene.geometry, (query, lanes), surface, Vec3::broadcast(tint));
         }
         let asked = *query; // (Passing on changes it.)
         let mut passage =
@@ -118,10 +106,11 @@ pub fn through<S: Scalar, B: Scalar>(
         });
         return rest.filter;
     }
-    if let Some(filter) = tinted_by_composites(scene, (query, lanes), way, tints) {
+    let mut tint = |surface| tints.of(scene, surface);
+    if let Some(filter) = tinted_by_composites(&scene.geometry, (query, lanes), way, &mut tint) {
         return filter;
     }
-    crossings.find(&scene.geometry, query, way, lanes, |surface| tints.of(scene, surface));
+    crossings.find(&scene.geometry, query, way, lanes, tint);
     let (mut colored, mut waiting) = ([f32x8::lit(1.0); 3], 0);
     for lane in bits(lanes) {
         let line = (query.rays.origin.lane(lane), query.rays.dir.lane(lane));
@@ -152,113 +141,6 @@ pub fn through<S: Scalar, B: Scalar>(
         }
         passage.cross((hits, t), &surfaces);
     }
-}
-
-/// What is left of the light of the rays `lanes` of `query` by a surface that lets through `tint` wherever it is crossed.
-#[inline(always)]
-fn tinted_by<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    (query, lanes): (&Query<S::Lane>, u8),
-    surface: SurfaceId,
-    tint: Vec3<f32x8>,
-) -> Vec3<f32x8> {
-    let (mut filter, mut after, mut live) = (Vec3::lit(1.0), query.t_min.in_register(), lanes);
-    each_crossing(&scene.geometry, query, surface, lanes, |t| {
-        let crossed = t.gt(after) & t.lt(query.t) & Mask::from_bits(live);
-        let hits = crossed.bits();
-        if hits != 0 {
-            live &= dim(&mut filter, tint, hits) | !hits;
-            let point = query.rays.origin + query.rays.dir * t;
-            after = crossed.select(t + start_rounding(&point), after);
-        }
-    });
-    filter
-}
-
-/// What is left of the light of the rays `lanes` of `query` by composites in their `way`, each of whose surfaces lets through one colour: if
-/// that is all they meet, and each of them meets one. To the bit as [`Crossings::find`] and [`tinted`] have it, which go ray by ray.
-fn tinted_by_composites<S: Scalar, B: Scalar>(
-    scene: &Compiled<S, B>,
-    (query, lanes): (&Query<S::Lane>, u8),
-    way: &InTheWay,
-    tints: &mut Tints,
-) -> Option<Vec3<f32x8>> {
-    let mut once = 0;
-    for &(thing, met) in &way.things {
-        let (met, is_composite) = (met & lanes, matches!(thing, Transparent::Composite { .. }));
-        if met & once != 0 || met != 0 && !is_composite {
-            return None;
-        }
-        once |= met;
-    }
-    let mut filter = Vec3::lit(1.0);
-    for &(thing, met) in &way.things {
-        if let (Transparent::Composite { first, end }, true) = (thing, met & lanes != 0) {
-            let mut crossings = SmallVec::<[Colored; 8]>::new();
-            for &(surface, t, crossed) in way.crossed(first, end) {
-                let (rank, tint) = (scene.geometry.ranks.of(surface), tints.of(scene, surface)?);
-                crossings.push(Colored { rank, t, crossed, tint });
-            }
-            // Of surfaces at one place the first declared counts.
-            crossings.sort_unstable_by_key(|crossing| crossing.rank);
-            pass(&crossings, (query, met & lanes), &mut filter);
-        }
-    }
-    Some(filter)
-}
-
-/// Where rays cross a surface that lets through one colour.
-struct Colored {
-    rank: u32,
-    t: f64x8,
-    /// Rays that cross it there.
-    crossed: u8,
-    tint: [f32; 3],
-}
-
-/// Dims the light of the rays `live` of `query` by a composite's crossings, which come by rank.
-fn pass<L: Lane>(crossings: &[Colored], (query, mut live): (&Query<L>, u8), filter: &mut Vec3<f32x8>) {
-    let inf = f64x8::lit(f64::INFINITY);
-    let (mut beyond, mut after) = (-inf, query.t_min.in_register());
-    loop {
-        let (mut next, mut tint) = (inf, Vec3::lit(0.0));
-        for crossing in crossings {
-            let &Colored { t, crossed, .. } = crossing;
-            let nearer = Mask::from_bits(crossed & live) & t.gt(beyond) & t.lt(next);
-            next = nearer.select(t, next);
-            tint = Vec3::select(nearer.cast(), Vec3::broadcast(crossing.tint), tint);
-        }
-        let found = next.lt(inf);
-        if found.none() {
-            return;
-        }
-        let t = L::from_f64s(next);
-        let rounding = start_rounding(&(query.rays.origin + query.rays.dir * t));
-        // What is at one place with the one before is passed over.
-        let apart = rounding.max(t * L::lit(T_ROUNDINGS * L::Scalar::UNIT_ROUNDOFF));
-        beyond = found.select((t + apart).to_f64s(), beyond);
-        let counts = found.cast() & t.gt(after);
-        live &= dim(filter, tint, counts.bits()) | !counts.bits();
-        after = counts.select(t + rounding, after);
-    }
-}
-
-/// What is left of the light along `line` behind all crossings beyond `after`, if each lets through one colour: to the bit as
-/// [`tinted_by`] and [`Passage::cross`] have it, so that it does not matter to a ray what its neighbours meet.
-fn tinted<S: Scalar>(crossings: &[Crossing], line: (DVec3, DVec3), mut after: f64) -> Option<[f32; 3]> {
-    let mut filter = [1.0f32; 3];
-    for &Crossing { t, tint, .. } in crossings {
-        if t <= after {
-            continue;
-        }
-        let tint = tint?;
-        filter = [0, 1, 2].map(|channel| filter[channel] * tint[channel]);
-        if !filter.iter().any(|x| f64::from(x.abs()) >= NO_LIGHT) {
-            return Some([0.0; 3]);
-        }
-        after = rounded::<S>(t + rounding_at::<S>(line, t));
-    }
-    Some(filter)
 }
 
 /// Shadow rays on their way through crossings that are known.

@@ -36,6 +36,7 @@ mod stream;
 mod sums;
 mod surround;
 mod tile;
+mod tinted;
 mod trace;
 
 pub use crate::bvh::{Occupancy, Traversal};
