@@ -40,9 +40,12 @@ pub fn tinted_by<S: Scalar, B: Scalar>(
     filter
 }
 
+/// Composites with more crossings than this are gone through ray by ray: looking for the nearest, again and again, takes the square of them.
+const FEW_CROSSINGS: usize = 8;
+
 /// What is left of the light of the rays `lanes` of `query` by composites in their `way`, each of whose surfaces lets through one colour: if
-/// that is all they meet, and each of them meets one. To the bit as [`super::crossings::Crossings::find`] and [`tinted`] have it, which go
-/// ray by ray.
+/// that is all they meet, each of them meets one, and there are few crossings. To the bit as [`super::crossings::Crossings::find`] and
+/// [`tinted`] have it, which go ray by ray.
 pub fn tinted_by_composites<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     (query, lanes): (&Query<S::Lane>, u8),
@@ -50,17 +53,17 @@ pub fn tinted_by_composites<S: Scalar, B: Scalar>(
     mut tint: impl FnMut(SurfaceId) -> Option<[f32; 3]>,
 ) -> Option<Vec3<f32x8>> {
     let mut once = 0;
-    for &(thing, met) in &way.things {
-        let (met, is_composite) = (met & lanes, matches!(thing, Transparent::Composite { .. }));
-        if met & once != 0 || met != 0 && !is_composite {
+    for &(thing, met) in way.things.iter().filter(|(_, met)| met & lanes != 0) {
+        let Transparent::Composite { first, end } = thing else { return None };
+        if met & lanes & once != 0 || (end - first) as usize > FEW_CROSSINGS {
             return None;
         }
-        once |= met;
+        once |= met & lanes;
     }
     let mut filter = Vec3::lit(1.0);
     for &(thing, met) in &way.things {
         if let (Transparent::Composite { first, end }, true) = (thing, met & lanes != 0) {
-            let mut crossings = SmallVec::<[Colored; 8]>::new();
+            let mut crossings = SmallVec::<[Colored; FEW_CROSSINGS]>::new();
             for &(surface, t, crossed) in way.crossed(first, end) {
                 let (rank, tint) = (scene.ranks.of(surface), tint(surface)?);
                 crossings.push(Colored { rank, t, crossed, tint });
