@@ -105,8 +105,8 @@ fn take<L: Lane, const ANY: bool>(
     }
 }
 
-/// Hands on all surfaces of a composite, with their distances, in the way of rays of two packets, in no order: whether it is the first or
-/// the second packet's comes before. Otherwise as [`composites`].
+/// Hands on all surfaces of a composite in the way of rays of two packets, in no order: whether they are the first's (0) or the second's
+/// (1), which surface it is, how far away, and the lanes it holds for. What is asked is told as to [`composites`].
 pub fn surfaces<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
     composite: &Composite,
