@@ -59,10 +59,20 @@ fn differences(one: &Film, other: &Film, tolerance: f32) -> usize {
 
 /// A picture, and which share of its shadow rays was answered.
 fn picture(text: &str, precision: Precision, light_buffers: LightBuffers) -> (Film, f64) {
+    picture_of((160, 120), text, precision, light_buffers)
+}
+
+/// The same of so many columns and rows.
+fn picture_of(
+    (width, height): (usize, usize),
+    text: &str,
+    precision: Precision,
+    light_buffers: LightBuffers,
+) -> (Film, f64) {
     let read = eval::from_text("yard", text, &eval::Options::default());
     assert!(!read.has_errors(), "{:?}", read.diagnostics);
     let schedule = Schedule { light_buffers, ..Schedule::default() };
-    let options = RenderOptions { width: 160, height: 120, precision, schedule, ..RenderOptions::default() };
+    let options = RenderOptions { width, height, precision, schedule, ..RenderOptions::default() };
     let (film, stats) = render(&read.scene, &options, &|_| {}).expect("threads start");
     (film, stats.rays.packets.answered as f64 / stats.rays.shadow as f64)
 }
@@ -153,6 +163,67 @@ fn few_things_answer_as_tracing_does() {
             assert_eq!(none, 0.0);
             // Of what five lights, some of them among the things, do not see.
             assert!(share > 0.15, "{first}: {share} answered in {precision:?}");
+        }
+    }
+}
+
+/// Rows of tori, of things that are built of others, and of some that stand alone, on a floor with a wall. None is next to all of its
+/// neighbours, so that the floor is seen between them.
+const FORGE: &str = "#version 3.7; global_settings { assumed_gamma 1 max_trace_level 4 }
+camera { location <-7, 9, -10> look_at <0, 0.5, 0> angle 55 }
+#declare S = seed(11);
+#declare I = 0;
+#while (I < 100)
+  object {
+    #switch (mod(I, 14))
+      #case (0) torus { 0.35, 0.1 } #break
+      #case (1) torus { 0.3, 0.08 rotate <70, 30*I, 0> } #break
+      #case (2) torus { 0.2, 0.3 scale <1, 0.6, 1> } #break
+      #case (3) difference { box { -0.35, 0.35 } cylinder { -y, y, 0.25 } rotate 25*I*y } #break
+      #case (4) intersection { sphere { -0.3*y, 0.5 } sphere { 0.3*y, 0.5 } rotate 60*x } #break
+      #case (5) merge { cylinder { -0.4*x, 0.4*x, 0.1 } cylinder { -0.4*z, 0.4*z, 0.1 } sphere { 0, 0.2 } } #break
+      #case (6) union { box { <-0.4, 0, -0.05>, <0.4, 0.1, 0.05> } cone { 0, 0.2, 0.7*y, 0.02 } rotate 40*I*y } #break
+      #case (7) difference { cone { 0, 0.42, 0.9*y, 0.05 } box { <-0.05, 0.1, -1>, <0.05, 0.7, 1> } torus { 0.3, 0.05 } } #break
+      #case (8) intersection { box { -0.3, 0.3 } sphere { 0, 0.3 inverse } rotate 30*z } #break
+      #case (9) quadric { <1, 1, 1>, <0, 0, 0>, <0, 0, 0>, -0.09 clipped_by { plane { y, 0.1 } } } #break
+      #case (10) difference { union { cylinder { 0, 0.3*y, 0.3 } box { <0, 0, -0.1>, <0.45, 0.3, 0.1> } } plane { y, 0.1 rotate 20*z } } #break
+      #case (11) union { triangle { 0, 0.5*x, 0.5*y } sphere { 0, 0.1 } } #break
+      #case (12) cylinder { -0.3*y, 0.3*y, 0.2 open rotate 9*I*x } #break
+      #else sphere { 0, 0.3 scale <1, 0.02, 1> rotate 13*I*x }
+    #end
+    translate <mod(I, 10)*1.3 - 5.8, 0.4 + 0.6*rand(S), div(I, 10)*1.3 - 5.8>
+    pigment { rgb <rand(S), rand(S), rand(S)> filter (mod(I, 10) = 0)*0.8 }
+    finish { ambient 0.1 diffuse 0.7 reflection (mod(I, 5) = 0)*0.4 diffuse mod(I, 4)*0.2, mod(I, 3)*0.1 }
+    #if (mod(I, 9) = 0) no_shadow #end
+    #if (mod(I, 13) = 0) hollow #end
+  }
+  #declare I = I + 1;
+#end
+plane { y, 0 pigment { checker rgb 0.9, rgb 0.5 } finish { reflection 0.1 } }
+plane { x, 9 pigment { rgb <0.6, 0.7, 0.8> } finish { diffuse 0.6, 0.2 } }";
+
+/// Where nothing is before a light, shadow rays are not traced.
+#[test]
+fn open_ways_are_those_that_tracing_finds() {
+    let size = (320, 240);
+    let above = "light_source { <-9, 14, -8>, 0.5 }";
+    let others = [
+        ("light_source { <7, 9, 12>, 0.4 spotlight radius 20 falloff 40 point_at 0 }", 0.4),
+        // Low, and beside all of it; far away; under the floor; among the things, where nothing is told.
+        ("light_source { <-8, 1.3, 0>, <0.5, 0.4, 0.3> }", 0.25),
+        ("light_source { <1e7, 2e7, -1e7>, 0.4 }", 0.2),
+        ("light_source { <1, -3, 0>, 0.4 }", 0.2),
+        ("light_source { <0.3, 1.2, 0.4>, <0.5, 0.4, 0.3> fade_distance 3 fade_power 2 }", 0.15),
+    ];
+    for (light, least) in others {
+        let text = format!("{FORGE}\n{above}\n{light}");
+        for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
+            let (traced, none) = picture_of(size, &text, precision, LightBuffers::Never);
+            let (answered, share) = picture_of(size, &text, precision, LightBuffers::Auto);
+            let over = differences(&traced, &answered, tolerance);
+            assert!(over <= outlines, "{light}: {over} pixels in {precision:?}");
+            assert_eq!(none, 0.0);
+            assert!(share > least, "{light}: {share} answered in {precision:?}");
         }
     }
 }

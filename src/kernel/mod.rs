@@ -17,6 +17,7 @@ mod disc;
 mod ellipsoid;
 mod fours;
 mod frame;
+mod lobe;
 mod obox;
 mod outline;
 mod plane;
@@ -39,6 +40,7 @@ pub use ball::Ball;
 pub use cone::{ClosedCones, Cones, Cylinders, OpenCones, OpenCylinders};
 pub use disc::Discs;
 pub use ellipsoid::Ellipsoids;
+pub use lobe::{Lobe, Lobes};
 pub use obox::OrientedBoxes;
 pub use outline::{Center, LinePairs, Outlines, Passing, PluckerLines};
 pub use plane::Planes;
@@ -407,6 +409,11 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
     /// Primitive `i` as a body; `None` where its surface is not all of the boundary, or not a boundary at all.
     fn solid(&self, _i: usize) -> Option<Solid> {
         None
+    }
+
+    /// What primitive `i` is the convex hull of, or lies within; `None` if that is not told.
+    fn lobes(&self, i: usize) -> Option<Lobes> {
+        self.solid(i).and_then(|solid| solid.lobes())
     }
 
     /// The corners' coordinates of triangles `4 * four` to `4 * four + 3`, if they are triangles. Rows past the end hold

@@ -3,10 +3,11 @@
 use super::coin::{BOUND, Coin};
 use super::frame::{Frames, narrowed, widened};
 use super::quartic::{Pair, SETTLED, cubic, deflated, quartic, stays_above, stays_above_ahead};
-use super::{Aabb, Block, Left, Looking, Rays, Screened, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Lobe, Lobes, Looking, Rays, Screened, Solid, Surfaces, gather, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, f32x8, f64x8};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
+use smallvec::smallvec;
 
 /// `n` tori, each by a frame and the columns `major` and `minor`.
 ///
@@ -587,6 +588,13 @@ impl<S: Scalar> Block<S> for Tori<S> {
         let minor = self.minor[i].to_f64();
         let size = self.major[i].to_f64() + minor; // 1 but for the columns' rounding
         self.frames.disc_bounds(i, -minor, size).union(self.frames.disc_bounds(i, minor, size))
+    }
+
+    /// As for [`Block::bounds`].
+    fn lobes(&self, i: usize) -> Option<Lobes> {
+        let (space, minor) = (self.frames.own_space(i), self.minor[i].to_f64());
+        let disc = |z: f64| Lobe::disc(&space, z, self.major[i].to_f64() + minor);
+        Some(smallvec![disc(-minor), disc(minor)])
     }
 
     fn permute(&mut self, order: &[u32]) {

@@ -5,7 +5,7 @@ use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
 use super::light::LightProgram;
-use super::light_buffer::{Around, Cones, Known, LightBuffer, Places};
+use super::light_buffer::{Around, Cones, Known, LightBuffer, Openings, Places};
 use super::query::Query;
 use super::queue::Lines;
 use crate::compile::{Compiled, Geometry};
@@ -104,6 +104,7 @@ impl<L: Lane> Lamp<L> {
                 }
             }
             Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),
+            Around::Openings(openings) => look_through(openings, hit, asked & !double, known),
         }
         *answered += u64::from((known.free | known.blocked).count_ones());
         bright &= !known.blocked;
@@ -141,6 +142,12 @@ fn look_around<L: Lane>(
     known: &mut Known,
 ) {
     cones.look(hit.point, (*dir, *distance), (&hit.surface, hit.outside), lanes, known);
+}
+
+/// Looks through a light's window from `lanes` of eight hits.
+#[inline(never)] // Inlined, it takes the registers of shading.
+fn look_through<L: Lane>(openings: &Openings, hit: &Hit<L>, lanes: u8, known: &mut Known) {
+    *known = Known { free: openings.free(hit.point, &hit.surface, lanes), ..Known::default() };
 }
 
 /// POV-Ray's least cosine of light that still falls on the front.

@@ -91,6 +91,12 @@ impl Counts {
     }
 }
 
+/// How many things there are in a scene, at least as many as cast shadows.
+pub fn count<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> usize {
+    let Counts { triangles, convex, others } = Counts::of(scene);
+    triangles + convex + others
+}
+
 impl Casters {
     /// Those of `scene`.
     pub fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {

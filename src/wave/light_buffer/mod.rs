@@ -14,6 +14,8 @@ mod casters;
 mod cell;
 mod cones;
 mod drawn;
+mod figure;
+mod openings;
 mod raster;
 mod region;
 mod seen;
@@ -21,8 +23,9 @@ mod sheet;
 mod tile;
 mod triangles;
 
-pub use casters::{Casters, are_worth_it};
+pub use casters::{Casters, are_worth_it, count};
 pub use cones::Cones;
+pub use openings::Openings;
 pub use raster::{Room, fill};
 
 use super::query::Query;
@@ -128,6 +131,8 @@ pub enum Around {
     Cells(Box<LightBuffer>),
     /// Thing by thing, where there are few.
     Cones(Cones),
+    /// Where there is nothing, and no more.
+    Openings(Openings),
 }
 
 /// What is known of the ways from one light, in compiled space.

@@ -29,6 +29,11 @@ pub(super) const EDGE: f64 = 1.0 + 1e-3;
 /// All casters of one light are drawn into at most so many times as many cells as there are, by coarser cells if need be.
 const OVERDRAW: usize = 16;
 
+/// The most cells in a unit, for points within a unit across and up.
+pub(super) fn finest_scale(roundoff: f64) -> f64 {
+    0.5 * CELL_ROUNDING / (ACROSS_ROUNDINGS * roundoff)
+}
+
 /// Axes and direction of a face: along, across, up, and whether it looks the negative way.
 pub(super) fn axes(face: usize) -> (usize, usize, usize, bool) {
     let along = face / 2;
@@ -170,8 +175,7 @@ fn lay_out(buffer: &mut LightBuffer, seen: &[Seen; FACES], cells: usize, roundof
     let frames: Vec<_> = seen.iter().map(Seen::frame).collect();
     let area = |[across, up]: &[[f64; 2]; 2]| (across[1] - across[0]) * (up[1] - up[0]);
     let whole: f64 = frames.iter().flatten().map(area).sum();
-    let finest = 0.5 * CELL_ROUNDING / (ACROSS_ROUNDINGS * roundoff);
-    let scale = if whole > 0.0 { (cells as f64 / whole).sqrt().min(finest) } else { 1.0 };
+    let scale = if whole > 0.0 { (cells as f64 / whole).sqrt().min(finest_scale(roundoff)) } else { 1.0 };
     let mut scale = f64::from(scale as f32);
     let most = (OVERDRAW * cells + seen.iter().map(|seen| 4 * seen.len()).sum::<usize>()) as f64;
     loop {

@@ -59,7 +59,11 @@ impl Regions {
             if held == 0 {
                 break;
             }
-            held &= region.holds(point) | equal_lanes(surface, region.surface);
+            let on = equal_lanes(surface, region.surface);
+            // (All of them mostly are on the only plane there is.)
+            if held & !on != 0 {
+                held &= region.holds(point) | on;
+            }
         }
         held
     }
