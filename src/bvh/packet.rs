@@ -86,6 +86,13 @@ impl<B: Scalar> Packet<B> {
         Self { origin: none, inverse: none, offset: none, far, start, eye: none }
     }
 
+    /// Rays `lanes` that look, for who asks no boxes.
+    #[inline]
+    pub fn looking(lanes: u8) -> Self {
+        let idle = Self::idle();
+        Self { far: Mask::from_bits(lanes).select(B::Lane::zero(), idle.far), ..idle }
+    }
+
     /// A distance along the rays as this packet's boxes count it, rounded up.
     #[inline(always)]
     pub fn far_of<L: Lane>(&self, t: L) -> B::Lane {

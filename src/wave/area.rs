@@ -1,6 +1,7 @@
 //! A tile's place in the picture, and what all tiles share.
 
 use super::enclosing::Enclosing;
+use super::item_buffer::ItemBuffer;
 use super::light::LightProgram;
 use crate::compile::Compiled;
 use crate::lane::Scalar;
@@ -26,6 +27,8 @@ pub struct Shared<'a, S: Scalar, B: Scalar> {
     pub lights: Vec<LightProgram>,
     /// What the camera may stand in.
     pub enclosing: Enclosing,
+    /// What of it is seen in which pixels, where it is worth to know.
+    pub items: Option<ItemBuffer>,
     /// Picture size.
     pub size: (usize, usize),
 }

@@ -3,11 +3,12 @@
 use super::composite::{Comers, composites};
 use super::crossings::{InTheWay, NoteRun, note_composite};
 use super::instances::Placed;
+use super::item_buffer::Item;
 use super::packets::TestPackets;
 use super::query::Query;
 use super::rows::{Lone, Prefetch, Rows, TestAcross, TestRun, Views, accept};
 use super::sharpen::sharpen;
-use super::trace::Tracer;
+use super::trace::{BLOCKS, Known, Tracer};
 use crate::bvh::{Count, GROUP, Packet, Packets, Run, Visit, each_packet};
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, class};
 use crate::csg::{Scratch, Stretch};
@@ -179,6 +180,30 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         self.primitives(run, packets, !0);
     }
 
+    /// Tests what may be seen in blocks of pixels against their packets, the nearest first; with room for what is known of these.
+    #[inline(always)]
+    pub fn blocks(&mut self, blocks: &[&[Item]; BLOCKS], packets: &mut Vec<Packet<B>>) {
+        if blocks.iter().all(|items| items.is_empty()) {
+            return;
+        }
+        packets.clear();
+        packets.extend(self.queries.iter().map(|query| Packet::looking(query.lanes)));
+        for (block, items) in blocks.iter().enumerate() {
+            let filter = self.filter;
+            for item in items.iter().filter(|item| item.run.class & filter != 0) {
+                let mut which = 0;
+                for k in each_packet(Packets::from(item.packets) << (block * LANES)) {
+                    let looks =
+                        self.queries.get(k).is_some_and(|query| query.t.ge(S::Lane::lit(item.near)).any());
+                    which |= Packets::from(looks) << k;
+                }
+                if which != 0 {
+                    self.packets(&item.run, which, packets);
+                }
+            }
+        }
+    }
+
     /// Tests a run against one packet and returns the lanes whose hit changed.
     #[inline]
     pub fn run(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
@@ -229,7 +254,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
                 placed.prototype,
                 &mut moved,
                 filter,
-                (&mut None, None),
+                Known::nothing(&mut None),
             ));
             if !ANY {
                 sharpen(placed.prototype, &mut moved);

@@ -14,6 +14,7 @@ mod finish;
 mod hit_list;
 mod hits;
 mod instances;
+mod item_buffer;
 mod lamp;
 mod leaves;
 mod light;
@@ -47,6 +48,7 @@ use crate::lane::{LANES, Lane, Scalar, Vec3, first_lanes};
 use area::{Shared, TileArea};
 use enclosing::Enclosing;
 use glam::DVec3;
+use item_buffer::ItemBuffer;
 use light::LightProgram;
 use query::Query;
 use queue::Lines;
@@ -105,7 +107,9 @@ pub fn render<S: Scalar, B: Scalar>(
 ) -> (RayCounts, Occupancy) {
     let mut lights = LightProgram::all(&scene.lights, scene.geometry.origin);
     surround(scene, &mut lights, schedule.light_buffers, width * height);
-    let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), size: (width, height) };
+    let items =
+        (schedule.traversal == Traversal::Auto).then(|| ItemBuffer::of(scene, (width, height))).flatten();
+    let shared = Shared { scene, lights, enclosing: Enclosing::new(scene), items, size: (width, height) };
     let most = if shared.lights.len() > MANY_LIGHTS { SMALL_TILE } else { usize::MAX };
     let tile = schedule.tile.clamp(1, most);
     let tiles = (0..height).step_by(tile).flat_map(|y| {

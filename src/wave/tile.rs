@@ -4,6 +4,7 @@ use super::area::{Shared, TileArea};
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
 use super::hit_list::{HitList, Sender};
+use super::item_buffer::TileItems;
 use super::medium::Media;
 use super::query::Query;
 use super::queue::{Batch, Carriers, Feelers, Queue};
@@ -112,7 +113,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         push_camera_rays(shared, area, &self.order, around, &mut self.camera);
         let camera = self.camera.take_count();
         self.camera.take(&mut self.batch);
-        self.wave(shared, Sender::Camera);
+        self.wave(shared, Sender::Camera, shared.items.as_ref().and_then(|items| items.of_tile(area)));
         loop {
             // The longest queue first, from its end: deep rays before shallow ones.
             let lengths = [self.reflected.len(), self.refracted[0].len(), self.refracted[1].len()];
@@ -135,7 +136,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 _ => (&mut self.refracted[1], Sender::Mirror),
             };
             queue.take(&mut self.batch);
-            self.wave(shared, sender);
+            self.wave(shared, sender, None);
         }
         let Self { shadows, shadow_queues, tracer, media, sums, .. } = self;
         let mut shadow = 0;
@@ -164,8 +165,9 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         RayCounts { camera, shadow, reflect, refract, packets }
     }
 
-    /// Traces and shades the batch, and the shadow rays of the lights that have enough of them.
-    fn wave(&mut self, shared: &Shared<S, B>, sender: Sender) {
+    /// Traces and shades the batch, and the shadow rays of the lights that have enough of them. Of camera rays it may be known what is
+    /// seen in the tile's blocks of pixels.
+    fn wave(&mut self, shared: &Shared<S, B>, sender: Sender, items: Option<TileItems>) {
         let Self { batch, queries, tracer, hits, shadings, shown, sums, media, .. } = self;
         let (shadow_queues, shadows, scene) = (&mut self.shadow_queues, &mut self.shadows, shared.scene);
         let background = Vec3::splat(scene.background.rgb);
@@ -176,12 +178,19 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
         let (reflected, refracted, counts) = (&mut self.reflected, &mut self.refracted, &mut self.counts);
         let mut emit = Emit { sums, reflected, refracted, shadows: shadow_queues, media, counts };
         let lights = &shared.lights;
-        for group in batch.by_octant(scene.geometry.group_size()) {
+        let size = scene.geometry.group_size();
+        for (number, group) in batch.by_octant(size).enumerate() {
             queries.resize(group.len(), Query::default());
             for (query, rays) in queries.iter_mut().zip(group.clone()) {
                 query.aim(&rays.lines, S::Lane::lit(f64::INFINITY), rays.lanes);
             }
-            tracer.nearest(&scene.geometry, queries, filter);
+            match &items {
+                Some(items) => {
+                    let blocks = std::array::from_fn(|k| items.of_block(number * size / LANES + k));
+                    tracer.nearest_among(&scene.geometry, queries, filter, &blocks);
+                }
+                None => tracer.nearest(&scene.geometry, queries, filter),
+            }
             for (rays, query) in group.zip(&*queries) {
                 let missed = query.lanes & !query.hits();
                 if missed != 0 {

@@ -1,6 +1,7 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
 use super::crossings::InTheWay;
+use super::item_buffer::Item;
 use super::leaves::{LeafBuffers, Leaves};
 use super::light_buffer::Cones;
 use super::query::Query;
@@ -10,7 +11,7 @@ use crate::bvh::{Count, GROUP, Occupancy, Packet, Run, Stack, Traversal, walk};
 use crate::compile::{Geometry, class};
 use crate::csg::Stretch;
 use crate::kernel::PluckerLines;
-use crate::lane::{Lane, Scalar};
+use crate::lane::{LANES, Lane, Scalar};
 
 /// Buffers for tracing, one set a thread.
 #[derive(Default)]
@@ -27,6 +28,26 @@ pub struct Tracer<B: Scalar> {
     traversal: Traversal,
     /// What its walks have tested, if that is counted.
     occupancy: Option<Occupancy>,
+}
+
+/// Blocks of eight packets in a group.
+pub const BLOCKS: usize = GROUP / LANES;
+
+/// What is known of rays before they are traced.
+pub(super) struct Known<'a> {
+    /// What has blocked such rays the last time, see [`Tracer::occluded`].
+    pub suspect: &'a mut Option<Run>,
+    /// What is around the light that they go to.
+    pub cones: Option<&'a Cones>,
+    /// What of the tree may be seen in blocks of pixels, if they come from there.
+    pub blocks: Option<&'a [&'a [Item]; BLOCKS]>,
+}
+
+impl<'a> Known<'a> {
+    /// Nothing; what will be known is put there.
+    pub fn nothing(suspect: &'a mut Option<Run>) -> Self {
+        Self { suspect, cones: None, blocks: None }
+    }
 }
 
 impl<B: Scalar> Tracer<B> {
@@ -47,25 +68,42 @@ impl<B: Scalar> Tracer<B> {
 
     /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
     pub fn nearest<S: Scalar>(&mut self, scene: &Geometry<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
-        self.trace::<S, false>(scene, queries, filter, (&mut None, None));
+        self.trace::<S, false>(scene, queries, filter, Known::nothing(&mut None));
+        sharpen(scene, queries);
+    }
+
+    /// The same for camera rays, eight packets to a block of pixels, of which is known what of the tree may be seen in each.
+    pub fn nearest_among<S: Scalar>(
+        &mut self,
+        scene: &Geometry<S, B>,
+        queries: &mut [Query<S::Lane>],
+        filter: u8,
+        blocks: &[&[Item]; BLOCKS],
+    ) {
+        self.trace::<S, false>(
+            scene,
+            queries,
+            filter,
+            Known { blocks: Some(blocks), ..Known::nothing(&mut None) },
+        );
         sharpen(scene, queries);
     }
 
     /// Whether anything that blocks light is hit before `t`: in lanes where it is, `surface` names something hit (not
     /// the nearest). Returns, for each packet, what is see-through on the way.
     ///
-    /// `known` begins with what blocked such rays the last time, which is tried before anything is looked for: a light's shadow
+    /// The first of what is known is what blocked such rays the last time, which is tried before anything is looked for: a light's shadow
     /// rays come in the order of pixels, and neighbours mostly lie in one shadow (Haines and Greenberg 1986, The light
     /// buffer). One does as well as four, and only as long as it blocks whole packets.
     pub fn occluded<S: Scalar>(
         &mut self,
         scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
-        known: (&mut Option<Run>, Option<&Cones>),
+        (suspect, cones): (&mut Option<Run>, Option<&Cones>),
     ) -> &[InTheWay; GROUP] {
         let classes = class::BLOCKS | class::FILTERS;
         if scene.has_class(classes) {
-            self.trace::<S, true>(scene, queries, classes, known);
+            self.trace::<S, true>(scene, queries, classes, Known { suspect, cones, blocks: None });
         } else {
             self.ways.iter_mut().for_each(InTheWay::clear);
         }
@@ -83,7 +121,7 @@ impl<B: Scalar> Tracer<B> {
         scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
-        known: (&mut Option<Run>, Option<&Cones>),
+        known: Known<'_>,
     ) {
         if self.occupancy.is_none() {
             self.trace_counting::<S, (), ANY>(scene, queries, filter, known);
@@ -101,7 +139,7 @@ impl<B: Scalar> Tracer<B> {
         scene: &Geometry<S, B>,
         queries: &mut [Query<S::Lane>],
         filter: u8,
-        (suspect, cones): (&mut Option<Run>, Option<&Cones>),
+        Known { suspect, cones, blocks }: Known<'_>,
     ) -> C {
         let Self { stack, packets, buffers, stretches, lines, ways, traversal, .. } = self;
         if !scene.instances.is_empty() {
@@ -142,6 +180,10 @@ impl<B: Scalar> Tracer<B> {
                     leaves.run(run, k, lanes);
                 });
             }
+            return leaves.count;
+        }
+        if let (Some(blocks), false) = (blocks, ANY) {
+            leaves.blocks(blocks, packets);
             return leaves.count;
         }
         packets.resize(leaves.queries.len(), Packet::idle());

@@ -1,6 +1,6 @@
 //! What can stand between a light and a point.
 
-use crate::bvh::Child;
+use crate::bvh::{Child, Run};
 use crate::compile::{COMPOSITE, Geometry, Kind, NO_SURFACE, SurfaceId, class};
 use crate::kernel::{Aabb, Block, Solid};
 use crate::lane::Scalar;
@@ -97,6 +97,31 @@ pub fn count<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> usize {
     triangles + convex + others
 }
 
+/// Hands the runs in the leaves of the tree that have one of these classes to `with`.
+fn each_run<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, classes: u8, mut with: impl FnMut(&Run)) {
+    for node in &scene.bvh.nodes {
+        for &leaf in node.child.iter().filter(|child| child.is_leaf() && **child != Child::NONE) {
+            scene.bvh.for_each_run(leaf, |run| {
+                if run.class & classes != 0 {
+                    with(run);
+                }
+            });
+        }
+    }
+}
+
+/// What is in the tree and has one of these classes, each once, as casters are.
+pub fn in_tree<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, classes: u8) -> Vec<Caster> {
+    let mut all = Vec::new();
+    each_run(scene, classes, |run| {
+        all.extend((run.first..run.first + run.len).map(|row| caster(scene, (run.kind, run.class), row)));
+    });
+    // What is long may stand in several leaves.
+    all.sort_unstable_by_key(|caster| (caster.kind, caster.row));
+    all.dedup_by_key(|caster| (caster.kind, caster.row));
+    all
+}
+
 impl Casters {
     /// Those of `scene`.
     pub fn of<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> Self {
@@ -111,24 +136,17 @@ impl Casters {
             bounds: None,
         };
         let wanted = class::BLOCKS | class::FILTERS;
-        for node in &scene.bvh.nodes {
-            for &leaf in node.child.iter().filter(|child| child.is_leaf() && **child != Child::NONE) {
-                scene.bvh.for_each_run(leaf, |run| {
-                    if run.class & wanted == 0 {
-                        return;
-                    }
-                    let mut triangles = casters.triangles.iter_mut();
-                    let of_kind = triangles.find(|(kind, _)| *kind as u8 == run.kind);
-                    if let (true, Some((_, opaque))) = (run.class & class::BLOCKS != 0, of_kind) {
-                        opaque[run.first as usize..][..run.len as usize].fill(true);
-                        return;
-                    }
-                    for row in run.first..run.first + run.len {
-                        casters.all.push(caster(scene, (run.kind, run.class), row));
-                    }
-                });
+        each_run(scene, wanted, |run| {
+            let mut triangles = casters.triangles.iter_mut();
+            let of_kind = triangles.find(|(kind, _)| *kind as u8 == run.kind);
+            if let (true, Some((_, opaque))) = (run.class & class::BLOCKS != 0, of_kind) {
+                opaque[run.first as usize..][..run.len as usize].fill(true);
+                return;
             }
-        }
+            for row in run.first..run.first + run.len {
+                casters.all.push(caster(scene, (run.kind, run.class), row));
+            }
+        });
         let mut giants = Aabb::EMPTY;
         for run in scene.unbounded.iter().filter(|run| run.class & wanted != 0) {
             if run.kind != Kind::Plane as u8 {

@@ -1,11 +1,11 @@
-//! How things look through a light's window: convex polygons around what is seen of their bodies.
+//! How things look through a window, from a light or an eye: convex polygons around what is seen of their bodies.
 
 use super::casters::Caster;
 use crate::compile::{COMPOSITE, Geometry, INSTANCE, WithBlock};
 use crate::csg::{Composite, CsgNode, NodeKind};
-use crate::kernel::{Block, Lobe, Lobes};
+use crate::kernel::{Aabb, Block, Lobe, Lobes};
 use crate::lane::Scalar;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
 /// Sides of a polygon: what is round looks 1.3 % larger.
@@ -23,38 +23,53 @@ const ROOT_ROUNDING: f64 = 1e-7;
 /// What is built of more than so many levels is taken for its box.
 const DEEPEST: usize = 16;
 
-/// A light that looks along an axis.
-pub(super) struct Window {
+/// Somebody who looks somewhere.
+pub struct Window {
     location: DVec3,
-    along: usize,
-    backward: bool,
+    /// From directions to what of them is ahead, across and up.
+    to_own: DMat3,
+    /// What lengths grow by that way, at most.
+    growth: f64,
     /// The sides' directions: across and up, of length 1.
     directions: [[f64; 2]; SIDES],
 }
 
 /// What is seen of a convex body at depth 1: places `(a, u)` across and up with `d . (a, u) <= reach` for each direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Figure {
+pub struct Figure {
     reach: [f64; SIDES],
 }
 
 impl Window {
-    /// Of a light at `location`.
-    pub fn new(location: DVec3, along: usize, backward: bool) -> Self {
+    /// Of somebody at `location` who looks along an axis; across and up are the next two.
+    pub fn along(location: DVec3, axis: usize, backward: bool) -> Self {
+        let [ahead, across, up] = [0, 1, 2].map(|k| DVec3::AXES[(axis + k) % 3]);
+        Self::new(location, [if backward { -ahead } else { ahead }, across, up])
+    }
+
+    /// Of somebody at `location`: what is ahead, across and up, as far as makes 1.
+    pub fn new(location: DVec3, [ahead, across, up]: [DVec3; 3]) -> Self {
         let directions = std::array::from_fn(|k| match k * 4 / SIDES {
             quarter if k * 4 % SIDES == 0 => [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][quarter],
             _ => [(k as f64 * TAU / SIDES as f64).cos(), (k as f64 * TAU / SIDES as f64).sin()],
         });
-        Self { location, along, backward, directions }
+        let to_own = DMat3::from_cols(ahead, across, up).inverse();
+        let squares = (0..3).map(|k| to_own.col(k).length_squared());
+        Self { location, to_own, growth: squares.sum::<f64>().sqrt(), directions }
     }
 
     /// A vector's parts ahead, across and up.
-    pub fn turn(&self, v: DVec3) -> [f64; 3] {
-        let ahead = if self.backward { -v[self.along] } else { v[self.along] };
-        [ahead, v[(self.along + 1) % 3], v[(self.along + 2) % 3]]
+    fn turn(&self, v: DVec3) -> [f64; 3] {
+        (self.to_own * v).to_array()
     }
 
-    /// Hands figures that hold together all that is seen of a caster to `with`; false if something of it is beside the light.
+    /// True if a box is not ahead at all.
+    pub fn is_behind(&self, bounds: Aabb) -> bool {
+        let corners = Lobe::corners(bounds.min, bounds.max);
+        corners.iter().all(|corner| self.turn(corner.center - self.location)[0] <= 0.0)
+    }
+
+    /// Hands figures that hold together all that is seen of a caster to `with`; false if something of it is not ahead.
     pub fn each_figure<S: Scalar, B: Scalar>(
         &self,
         scene: &Geometry<S, B>,
@@ -93,9 +108,9 @@ impl Window {
 
     /// Of what is within `room` of a body; `None` if some of it is not ahead.
     ///
-    /// A side's plane goes through the light and touches the body: with `n = (d, -c)`, for each lobe of center `x` and half axes `a`,
+    /// A side's plane goes through the window's place and touches the body: with `n = (d, -c)`, for each lobe of center `x` and half axes `a`,
     /// `n . x + sqrt(sum (n . a)^2) <= 0`, and the least such `c` is the greater root of a quadratic.
-    fn figure(&self, lobes: &[Lobe], room: f64) -> Option<Figure> {
+    pub(in crate::wave) fn figure(&self, lobes: &[Lobe], room: f64) -> Option<Figure> {
         let (mut reach, mut near) = ([f64::NEG_INFINITY; SIDES], f64::INFINITY);
         for lobe in lobes {
             let [ahead, across, up] = self.turn(lobe.center - self.location);
@@ -120,7 +135,7 @@ impl Window {
                 *reach = reach.max((half + discriminant.max(0.0).sqrt()) / square);
             }
         }
-        let room = 2.0 * room / near;
+        let room = 2.0 * room * self.growth / near;
         let figure = Figure { reach: reach.map(|c| c + (room + ROOT_ROUNDING) * (1.0 + c.abs())) };
         (room < 0.5 && figure.reach.iter().all(|c| c.is_finite())).then_some(figure)
     }
@@ -216,7 +231,6 @@ mod tests {
     use super::*;
     use crate::kernel::{OwnSpace, Solid};
     use crate::random::Random;
-    use glam::DMat3;
 
     /// Bodies of all kinds, round and flat, and places within them.
     fn body(random: &mut Random, kind: usize) -> (Lobes, impl Fn(&mut Random) -> DVec3 + use<>) {
@@ -258,7 +272,7 @@ mod tests {
             let (along, backward) = (round / 6 % 3, round / 18 % 2 == 0);
             let mut away = random.vector(6.0);
             away[along] = random.between(4.0, 40.0) * if backward { 1.0 } else { -1.0 };
-            let window = Window::new(away, along, backward);
+            let window = Window::along(away, along, backward);
             let Some(figure) = window.figure(&lobes, 1e-9) else {
                 panic!("{lobes:?} is not ahead of {away}")
             };
@@ -284,7 +298,7 @@ mod tests {
         let random = &mut Random::new(9);
         for round in 0..300 {
             let (lobes, place) = body(random, round % 6);
-            let window = Window::new(DVec3::new(1.0, 9.0, -2.0), 1, true);
+            let window = Window::along(DVec3::new(1.0, 9.0, -2.0), 1, true);
             let figure = window.figure(&lobes, 1e-9).unwrap();
             for _ in 0..50 {
                 let [ahead, across, up] = window.turn(place(random) - window.location);
@@ -303,7 +317,7 @@ mod tests {
     #[test]
     fn what_is_not_ahead_has_no_figure() {
         let ball = |center: DVec3, radius: f64| Solid::Ball { center, radius }.lobes().unwrap();
-        let window = Window::new(DVec3::ZERO, 2, false);
+        let window = Window::along(DVec3::ZERO, 2, false);
         assert!(window.figure(&ball(DVec3::Z * 2.0, 1.0), 1e-9).is_some());
         for lobes in [
             ball(DVec3::Z * -2.0, 1.0),

@@ -23,8 +23,9 @@ mod sheet;
 mod tile;
 mod triangles;
 
-pub use casters::{Casters, are_worth_it, count};
+pub use casters::{Caster, Casters, are_worth_it, count, in_tree};
 pub use cones::Cones;
+pub use figure::{Figure, Window};
 pub use openings::Openings;
 pub use raster::{Room, fill};
 

@@ -66,7 +66,7 @@ impl Openings {
         let planes = [scene.base[Kind::Plane as usize], scene.columns.len(Kind::Plane) as u32];
         let closed = Box::new([0; WORDS]);
         let mut openings = Self { location, along, backward, face, closed, regions, planes };
-        let window = Window::new(location, along, backward);
+        let window = Window::along(location, along, backward);
         for caster in bounded {
             let close = |figure: &Figure| openings.close(&window, figure);
             if !window.each_figure(scene, caster, slack, close) {
