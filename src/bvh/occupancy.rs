@@ -34,9 +34,9 @@ pub struct Tests {
 }
 
 impl Tests {
-    /// Lanes at work in a test, 0 to 8; 0 without tests.
-    pub fn mean_lanes(&self) -> f64 {
-        self.lanes as f64 / (self.tests.max(1)) as f64
+    /// Lanes at work in a test, 0 to 8; `None` without tests.
+    pub fn mean_lanes(&self) -> Option<f64> {
+        (self.tests != 0).then(|| self.lanes as f64 / self.tests as f64)
     }
 
     fn count(&mut self, tests: u32, lanes: u32) {

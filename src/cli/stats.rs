@@ -36,12 +36,12 @@ pub struct Stats {
     pub peak_rss_bytes: Option<u64>,
 }
 
-/// Mean lanes at work in a test of eight.
+/// Mean lanes at work in a test of eight; null where there were none.
 #[derive(Debug, Serialize)]
 pub struct MeanLanes {
     #[serde(rename = "box")]
-    pub boxes: f64,
-    pub leaf: f64,
+    pub boxes: Option<f64>,
+    pub leaf: Option<f64>,
 }
 
 impl From<Occupancy> for MeanLanes {

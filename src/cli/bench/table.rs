@@ -92,8 +92,8 @@ pub const COLUMNS: [&str; 16] = [
 pub fn lanes(mode: &Mode) -> [Option<f64>; 7] {
     let (tests, queues) = (mode.occupancy.as_ref(), mode.queues.as_ref());
     [
-        tests.map(|tests| tests.boxes),
-        tests.map(|tests| tests.leaf),
+        tests.and_then(|tests| tests.boxes),
+        tests.and_then(|tests| tests.leaf),
         queues.and_then(|queues| queues.camera),
         queues.and_then(|queues| queues.shadow),
         queues.and_then(|queues| queues.reflect),
