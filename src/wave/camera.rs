@@ -1,8 +1,9 @@
 //! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight pixels, two of which make a group.
 
-use super::area::{Shared, TileArea};
+use super::area::TileArea;
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
+use super::shared::Shared;
 use crate::csg::Scratch;
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8, first_lanes};

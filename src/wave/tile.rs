@@ -1,6 +1,6 @@
 //! One tile of the picture, from its camera rays to its pixels, by one thread and without a lock.
 
-use super::area::{Shared, TileArea};
+use super::area::TileArea;
 use super::camera::{PixelOrder, push_camera_rays};
 use super::emit::Emit;
 use super::hit_list::{HitList, Sender};
@@ -11,6 +11,7 @@ use super::queue::{Batch, Carriers, Feelers, Queue};
 use super::regroup::WINDOW;
 use super::shade::{Shading, shade};
 use super::shadow::ShadowTracer;
+use super::shared::Shared;
 use super::shown::Shown;
 use super::sums::Sums;
 use super::trace::Tracer;
