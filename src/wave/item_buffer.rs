@@ -18,8 +18,8 @@ const BLOCK: usize = 8;
 const PACKET: [usize; 2] = [4, 2];
 const ACROSS: usize = BLOCK / PACKET[0];
 
-/// Things at most for each pixel: each takes about 0.2 us, and a picture gains some 10 ns a pixel.
-const MOST: f64 = 1.0 / 32.0;
+/// Things and parts of things at most for each pixel: of frames of 88 and of 1,700 it spares 2 to 3 ns a pixel.
+const MOST: f64 = 1.0 / 64.0;
 
 /// What a ray may be off by, in pixels.
 const ROOM: f64 = 1e-3;

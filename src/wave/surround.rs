@@ -37,8 +37,8 @@ const DRAWN_A_PIXEL: f64 = 0.25;
 /// 0.08 us or more.
 const DRAWN_AMONG_MIRRORS: f64 = 0.25;
 
-/// Things that are drawn into windows, for all lights, at most for each pixel. (Each takes 0.1 us, and a window spares some 16 ns a
-/// pixel where it tells of half of the shadow rays.)
+/// Things and parts of things that are drawn into windows, for all lights, at most for each pixel: of frames of 88 and of 1,700 under two
+/// lights the windows spare 8 to 10 ns a pixel.
 const DRAWN_AS_BITS: f64 = 1.0 / 32.0;
 
 /// The share of surfaces that send rays on.
