@@ -1,6 +1,6 @@
 //! Convex bodies as what is around a few ellipsoids, discs and points: for tests of how they look from somewhere.
 
-use super::{OwnSpace, Solid};
+use super::{Aabb, OwnSpace, Solid};
 use glam::{DMat3, DVec3};
 use smallvec::{SmallVec, smallvec};
 
@@ -23,15 +23,15 @@ impl Lobe {
 
     /// The disc of an own space across its z axis, at height `z`.
     pub fn disc(space: &OwnSpace, z: f64, radius: f64) -> Self {
-        let [x, y, height] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| space.map.inverse() * axis);
-        let half_axes = DMat3::from_cols(x * radius, y * radius, DVec3::ZERO);
-        Self { center: space.center + height * z, half_axes }
+        let to_world = space.map.inverse();
+        let [x, y] = [to_world.x_axis, to_world.y_axis].map(|axis| axis * radius);
+        let half_axes = DMat3::from_cols(x, y, DVec3::ZERO);
+        Self { center: space.center + to_world.z_axis * z, half_axes }
     }
 
     /// The corners of a box.
-    pub fn corners(min: DVec3, max: DVec3) -> Lobes {
-        let corner = |k: u32| DVec3::select(glam::BVec3::new(k & 1 == 0, k & 2 == 0, k & 4 == 0), min, max);
-        (0..8).map(|k| Self::point(corner(k))).collect()
+    pub fn corners(of: &Aabb) -> Lobes {
+        of.corners().map(Self::point).collect()
     }
 }
 
@@ -46,11 +46,11 @@ impl Solid {
             Self::Ellipsoid(space) => {
                 smallvec![Lobe { center: space.center, half_axes: space.map.inverse() }]
             }
-            Self::Box { min, max } => Lobe::corners(*min, *max),
+            Self::Box { min, max } => Lobe::corners(&Aabb { min: *min, max: *max }),
             Self::OrientedBox(space, half) => {
                 let to_world = space.map.inverse();
-                let corners = Lobe::corners(-*half, *half);
-                corners.into_iter().map(|own| Lobe::point(space.center + to_world * own.center)).collect()
+                let own = Aabb { min: -*half, max: *half };
+                own.corners().map(|corner| Lobe::point(space.center + to_world * corner)).collect()
             }
             Self::Cylinder(space) => smallvec![Lobe::disc(space, 0.0, 1.0), Lobe::disc(space, 1.0, 1.0)],
             Self::Cone { space, taper } => {

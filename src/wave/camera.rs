@@ -1,6 +1,6 @@
 //! Camera rays of a tile, in blocks of four by two pixels a packet and eight by eight pixels, two of which make a group.
 
-use super::area::TileArea;
+use super::area::{BLOCK, PACKET, TileArea};
 use super::medium::Media;
 use super::queue::{Carriers, Lines, Queue};
 use super::shared::Shared;
@@ -8,9 +8,6 @@ use crate::csg::Scratch;
 use crate::kernel::Rays;
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, f32x8, f64x8, first_lanes};
 use crate::scene::Projection;
-
-/// Edge of the blocks of pixels.
-const BLOCK: usize = 8;
 
 /// The order in which a tile's pixels get their rays.
 #[derive(Debug, Default)]
@@ -32,11 +29,13 @@ impl PixelOrder {
         self.size = (width, height);
         self.packets.clear();
         self.places.clear();
+        let [columns, rows] = PACKET;
         for block_y in (0..height).step_by(BLOCK) {
             for block_x in (0..width).step_by(BLOCK) {
-                for cell in 0..BLOCK {
-                    let (x, y) = (block_x + cell % 2 * 4, block_y + cell / 2 * 2);
-                    let eight = (0..LANES).map(|k| (x + k % 4, y + k / 4));
+                let across = BLOCK / columns;
+                for packet in 0..BLOCK {
+                    let (x, y) = (block_x + packet % across * columns, block_y + packet / across * rows);
+                    let eight = (0..LANES).map(|k| (x + k % columns, y + k / columns));
                     let within = eight.filter(|&(x, y)| x < width && y < height);
                     self.places.extend(within.map(|(x, y)| (y * width + x) as u32));
                 }

@@ -3,8 +3,8 @@
 //!
 //! Of things that have close outlines; what is seen of them is found by testing them, as in the tree's leaves.
 
-use super::area::TileArea;
-use super::light_buffer::{Caster, Figure, Window, count, in_tree};
+use super::area::{BLOCK, PACKET, TileArea};
+use super::light_buffer::{Caster, Figure, Window, count, in_tree, slack_at};
 use crate::bvh::Run;
 use crate::compile::{Compiled, class};
 use crate::kernel::Aabb;
@@ -12,10 +12,7 @@ use crate::lane::{LANES, Scalar};
 use crate::scene::Projection;
 use glam::DVec3;
 
-/// Edge of a block in pixels: as many as those of eight packets of camera rays.
-const BLOCK: usize = 8;
-/// Columns and rows of pixels of such a packet, and how many there are side by side.
-const PACKET: [usize; 2] = [4, 2];
+/// How many packets of a block are side by side.
 const ACROSS: usize = BLOCK / PACKET[0];
 
 /// Things and parts of things at most for each pixel: of frames of 88 and of 1,700 it spares 2 to 3 ns a pixel.
@@ -23,9 +20,6 @@ const MOST: f64 = 1.0 / 64.0;
 
 /// What a ray may be off by, in pixels.
 const ROOM: f64 = 1e-3;
-
-/// What coordinates may be off by, in roundings of the scene's reach: as for lights' buffers.
-const ROUNDINGS: f64 = 64.0;
 
 /// Something that may be seen in a block.
 #[derive(Debug, Clone, Copy)]
@@ -62,15 +56,13 @@ impl ItemBuffer {
         (width, height): (usize, usize),
     ) -> Option<Self> {
         let most = (width * height) as f64 * MOST;
-        let many = count(geometry) + geometry.csg.parts.len();
         let fits = camera.projection == Projection::Perspective && !geometry.has_triangles();
         // (In packets of one octant each the blocks' packets do not stay together.)
-        if !fits || many as f64 > most || !geometry.bvh.goes_box_by_box() {
+        if !fits || count(geometry) as f64 > most || !geometry.bvh.goes_box_by_box() {
             return None;
         }
         let eye = camera.location - geometry.origin;
-        let reach = geometry.bvh.bounds.reach().max(eye.abs().max_element());
-        let slack = ROUNDINGS * S::UNIT_ROUNDOFF * reach;
+        let slack = slack_at::<S>(eye, Some(geometry.bvh.bounds));
         let window = Window::new(eye, [camera.direction, camera.right, camera.up]);
         let things = in_tree(geometry, class::CAMERA);
         let mut things: Vec<(f64, Caster)> =

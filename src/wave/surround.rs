@@ -101,7 +101,7 @@ pub fn surround<S: Scalar, B: Scalar>(
 
 /// Gives lights that have no cells their windows, if that is little beside a picture of so many pixels.
 fn open<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, lights: &mut [LightProgram], pixels: usize) {
-    let drawn = (count(&scene.geometry) + scene.geometry.csg.parts.len()).saturating_mul(lights.len());
+    let drawn = count(&scene.geometry).saturating_mul(lights.len());
     if drawn as f64 > DRAWN_AS_BITS * pixels as f64 {
         return;
     }

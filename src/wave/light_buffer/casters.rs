@@ -91,10 +91,10 @@ impl Counts {
     }
 }
 
-/// How many things there are in a scene, at least as many as cast shadows.
+/// How many things there are in a scene, and parts of composites: at least as many as cast shadows.
 pub fn count<S: Scalar, B: Scalar>(scene: &Geometry<S, B>) -> usize {
     let Counts { triangles, convex, others } = Counts::of(scene);
-    triangles + convex + others
+    triangles + convex + others + scene.csg.parts.len()
 }
 
 /// Hands the runs in the leaves of the tree that have one of these classes to `with`.

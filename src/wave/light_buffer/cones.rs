@@ -64,7 +64,7 @@ const DISTANCE_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 impl Cones {
     /// Of all `casters`, of which these are `bounded`, where `S` is what rays are traced in.
     pub fn of<S: Scalar>(casters: &Casters, bounded: &[Caster], location: DVec3) -> Self {
-        let slack = slack_at::<S>(location, casters);
+        let slack = slack_at::<S>(location, casters.bounds);
         let regions = Regions::of(casters, location, slack);
         let (all, eights, around) = (Vec::new(), Vec::new(), Vec::new());
         let mut cones = Self { all, eights, boxed: false, around, regions };

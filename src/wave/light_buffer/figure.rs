@@ -65,8 +65,7 @@ impl Window {
 
     /// True if a box is not ahead at all.
     pub fn is_behind(&self, bounds: Aabb) -> bool {
-        let corners = Lobe::corners(bounds.min, bounds.max);
-        corners.iter().all(|corner| self.turn(corner.center - self.location)[0] <= 0.0)
+        bounds.corners().all(|corner| self.turn(corner - self.location)[0] <= 0.0)
     }
 
     /// Hands figures that hold together all that is seen of a caster to `with`; false if something of it is not ahead.
@@ -79,7 +78,7 @@ impl Window {
     ) -> bool {
         let Caster { bounds, kind, row, .. } = caster;
         let room = slack + (bounds.max - bounds.min).length() * ROOM;
-        let Some(boxed) = self.figure(&Lobe::corners(bounds.min, bounds.max), room) else { return false };
+        let Some(boxed) = self.figure(&Lobe::corners(bounds), room) else { return false };
         let of_lobes = |lobes: Option<Lobes>| lobes.and_then(|lobes| self.figure(&lobes, room));
         match *kind {
             INSTANCE => std::iter::once(&boxed).for_each(with),

@@ -28,6 +28,7 @@ pub use cones::Cones;
 pub use figure::{Figure, Window};
 pub use openings::Openings;
 pub use raster::{Room, fill};
+pub use region::slack_at;
 
 use super::query::Query;
 use crate::compile::{Geometry, NO_SURFACE, SurfaceId};

@@ -50,7 +50,7 @@ impl Openings {
         bounded: &[Caster],
         location: DVec3,
     ) -> Option<Self> {
-        let slack = slack_at::<S>(location, casters);
+        let slack = slack_at::<S>(location, casters.bounds);
         let boxes = bounded.iter().map(|caster| relative(caster, location, slack));
         let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
         // The way along which all is farthest for what it measures across.

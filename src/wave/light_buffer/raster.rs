@@ -66,7 +66,7 @@ pub fn fill<S: Scalar, B: Scalar>(
     (cells, most): (usize, f64),
     room: &Room,
 ) -> Option<LightBuffer> {
-    let slack = slack_at::<S>(location, casters);
+    let slack = slack_at::<S>(location, casters.bounds);
     let mut buffer = LightBuffer {
         location,
         faces: [Face::default(); FACES],

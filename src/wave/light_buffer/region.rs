@@ -19,8 +19,8 @@ pub(super) struct Regions {
 const ROUNDINGS: f64 = 64.0;
 
 /// That of a light at `location`, where `S` is what rays are traced in.
-pub(super) fn slack_at<S: Scalar>(location: DVec3, casters: &Casters) -> f64 {
-    let far = casters.bounds.map_or(0.0, |bounds| bounds.reach());
+pub fn slack_at<S: Scalar>(location: DVec3, bounds: Option<Aabb>) -> f64 {
+    let far = bounds.map_or(0.0, |bounds| bounds.reach());
     ROUNDINGS * S::UNIT_ROUNDOFF * location.abs().max_element().max(far)
 }
 
