@@ -228,6 +228,28 @@ fn open_ways_are_those_that_tracing_finds() {
     }
 }
 
+/// What stands foremost before a light has only itself in its way, also where a floor with bounds is in every cell.
+#[test]
+fn what_is_foremost_is_lit_as_tracing_finds() {
+    let plane = "plane { y, 0 pigment { checker rgb 0.9, rgb 0.5 } finish { reflection 0.1 } }";
+    let floor =
+        "box { <-9, -0.2, -9>, <9, 0, 9> pigment { checker rgb 0.9, rgb 0.5 } finish { reflection 0.1 } }";
+    assert!(FORGE.contains(plane));
+    let forge = FORGE.replace(plane, floor);
+    // From above, so low that most stands before something, and through all of it.
+    for (light, least) in [("<-9, 14, -8>", 0.5), ("<-40, 4, -30>", 0.55), ("<3, 60, 2>", 0.5)] {
+        let text = format!("{forge}\nlight_source {{ {light}, 0.8 }}");
+        for (precision, tolerance, outlines) in [(Precision::Exact, 1e-6, 0), (Precision::Fast, 1e-4, 4)] {
+            let (traced, none) = picture_of((320, 240), &text, precision, LightBuffers::Never);
+            let (answered, share) = picture_of((320, 240), &text, precision, LightBuffers::Auto);
+            let over = differences(&traced, &answered, tolerance);
+            assert!(over <= outlines, "{light}: {over} pixels in {precision:?}");
+            assert_eq!(none, 0.0);
+            assert!(share > least, "{light}: {share} answered in {precision:?}");
+        }
+    }
+}
+
 #[test]
 fn lights_without_a_place_have_none() {
     let lights = "light_source { <3, 8, 5>, 0.5 parallel point_at 0 }

@@ -4,6 +4,7 @@
 use super::emit::{Emit, NO_LIGHT};
 use super::finish::{interference, metal};
 use super::hits::Hit;
+use super::leaving::left_behind;
 use super::light::LightProgram;
 use super::light_buffer::{Around, Cones, Known, LightBuffer, Openings, Places};
 use super::query::Query;
@@ -104,7 +105,9 @@ impl<L: Lane> Lamp<L> {
                 }
             }
             Around::Cones(cones) => look_around(cones, hit, (dir, distance), asked & !double, known),
-            Around::Openings(openings) => look_through(openings, hit, asked & !double, known),
+            Around::Openings(openings) => {
+                look_through(&scene.geometry, openings, (hit, dir), asked & !double, known);
+            }
         }
         *answered += u64::from((known.free | known.blocked).count_ones());
         bright &= !known.blocked;
@@ -144,10 +147,20 @@ fn look_around<L: Lane>(
     cones.look(hit.point, (*dir, *distance), (&hit.surface, hit.outside), lanes, known);
 }
 
-/// Looks through a light's window from `lanes` of eight hits.
+/// Looks through a light's window from `lanes` of eight hits, from which it is along `dir`.
 #[inline(never)] // Inlined, it takes the registers of shading.
-fn look_through<L: Lane>(openings: &Openings, hit: &Hit<L>, lanes: u8, known: &mut Known) {
-    *known = Known { free: openings.free(hit.point, &hit.surface, lanes), ..Known::default() };
+fn look_through<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    openings: &Openings,
+    (hit, dir): (&Hit<S::Lane>, &Vec3<S::Lane>),
+    lanes: u8,
+    known: &mut Known,
+) {
+    let mut seen = openings.look(hit.point, (&hit.surface, hit.outside), lanes);
+    if seen.alone != 0 {
+        seen.free |= left_behind(scene, (hit, dir), seen.alone);
+    }
+    *known = Known { free: seen.free, ..Known::default() };
 }
 
 /// POV-Ray's least cosine of light that still falls on the front.

@@ -17,6 +17,7 @@ mod instances;
 mod item_buffer;
 mod lamp;
 mod leaves;
+mod leaving;
 mod light;
 mod light_buffer;
 mod medium;

@@ -2,9 +2,10 @@
 
 use super::hand_out;
 use super::light::LightProgram;
-use super::light_buffer::{Around, Casters, Cones, Openings, Room, are_worth_it, count, fill};
+use super::light_buffer::{Around, Casters, Cones, Grounds, Openings, Room, are_worth_it, count, fill};
 use crate::compile::Compiled;
 use crate::lane::Scalar;
+use std::sync::Arc;
 
 /// Whether lights have buffers. The picture is the same but for the order in which light is summed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -38,8 +39,8 @@ const DRAWN_A_PIXEL: f64 = 0.25;
 const DRAWN_AMONG_MIRRORS: f64 = 0.25;
 
 /// Things and parts of things that are drawn into windows, for all lights, at most for each pixel: of frames of 88 and of 1,700 under two
-/// lights the windows spare 8 to 10 ns a pixel.
-const DRAWN_AS_BITS: f64 = 1.0 / 32.0;
+/// lights the windows spare 12 to 15 ns a pixel.
+const DRAWN_IN_WINDOWS: f64 = 1.0 / 32.0;
 
 /// The share of surfaces that send rays on.
 fn mirrors<S: Scalar, B: Scalar>(scene: &Compiled<S, B>) -> f64 {
@@ -102,16 +103,17 @@ pub fn surround<S: Scalar, B: Scalar>(
 /// Gives lights that have no cells their windows, if that is little beside a picture of so many pixels.
 fn open<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, lights: &mut [LightProgram], pixels: usize) {
     let drawn = count(&scene.geometry).saturating_mul(lights.len());
-    if drawn as f64 > DRAWN_AS_BITS * pixels as f64 {
+    if drawn as f64 > DRAWN_IN_WINDOWS * pixels as f64 {
         return;
     }
     let casters = Casters::of(&scene.geometry);
     let bounded = casters.bounded(&scene.geometry);
+    let Some(grounds) = Grounds::of(&scene.geometry, &bounded).map(Arc::new) else { return };
+    let mut room = Vec::new();
     for light in lights {
         let place = light.shadow_point();
-        if let Some(openings) =
-            place.and_then(|place| Openings::of(&scene.geometry, &casters, &bounded, place))
-        {
+        let open = |place| Openings::of(&scene.geometry, &casters, (&bounded, &grounds), place, &mut room);
+        if let Some(openings) = place.and_then(open) {
             light.around = Around::Openings(openings);
         }
     }

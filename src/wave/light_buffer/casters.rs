@@ -45,7 +45,7 @@ pub struct Casters {
 }
 
 /// True of kinds whose solids are convex, with a surface that is all of their skin.
-fn is_convex(kind: Kind) -> bool {
+pub(super) fn is_convex(kind: Kind) -> bool {
     use Kind::{Box, Cone, Cylinder, Ellipsoid, OrientedBox, Sphere};
     matches!(kind, Sphere | Ellipsoid | Box | OrientedBox | Cylinder | Cone)
 }

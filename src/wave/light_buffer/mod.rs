@@ -5,8 +5,9 @@
 //! way through it, and beyond which depth all of it is blocked: by one convex solid, or by triangles that leave no gap. Most
 //! points are nearer than the one or farther than the other. Of those between, the ones on a single sheet of
 //! triangles with nothing before it are lit, and others are held against the few things that the cell lists. Where there
-//! are few things at all there are no cells, but a cone for each ([`Cones`]). The answers are those that tracing would give; of
-//! what is left nothing is said.
+//! are few things at all there are no cells, but a cone for each ([`Cones`]); where cells would take longer than they spare,
+//! what is foremost is told by a window on all of them ([`Openings`]). The answers are those that tracing would give; of what is
+//! left nothing is said.
 
 mod among;
 mod ball;
@@ -15,6 +16,8 @@ mod cell;
 mod cones;
 mod drawn;
 mod figure;
+mod foremost;
+mod ground;
 mod openings;
 mod raster;
 mod region;
@@ -26,6 +29,7 @@ mod triangles;
 pub use casters::{Caster, Casters, are_worth_it, count, in_tree};
 pub use cones::Cones;
 pub use figure::{Figure, Window};
+pub use ground::Grounds;
 pub use openings::Openings;
 pub use raster::{Room, fill};
 pub use region::slack_at;
@@ -133,7 +137,7 @@ pub enum Around {
     Cells(Box<LightBuffer>),
     /// Thing by thing, where there are few.
     Cones(Cones),
-    /// Where there is nothing, and no more.
+    /// Where there is nothing, and what is foremost.
     Openings(Openings),
 }
 

@@ -1,30 +1,35 @@
-//! Where nothing is before a light: a window on all that is on one side of it, with a bit for each cell that something may be seen
-//! through.
+//! Where nothing is before a light: a window on all that is on one side of it, whose cells tell what stands foremost there.
 //!
-//! For scenes whose cells would cost more to fill and to read than they spare: most points of what other things stand on are
-//! lit, which of most of them one bit tells, of eight kilobytes that stay in a core's first-level cache.
+//! For scenes whose buffers would cost more to fill and to read than they spare. Most points are lit: those of what other things stand
+//! on where nothing is in the cell, those of things where they are foremost and the others begin farther away. Of
+//! the latter only the thing itself can be in the way, which those that are convex never are.
 
 use super::casters::{Caster, Casters};
 use super::figure::{Figure, Window};
+use super::foremost::{Drawn, FARTHEST, Foremost, Steps};
+use super::ground::{Ground, Grounds};
 use super::raster::{CELL_ROUNDING, MOST_ACROSS, finest_scale};
 use super::region::{Regions, slack_at};
-use super::seen::relative;
+use super::seen::{Sides, relative};
 use super::{Face, REACH};
-use crate::compile::{Geometry, Kind, SurfaceId};
-use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, equal_lanes, f32x8, lanes_within};
+use crate::compile::{Geometry, SurfaceId};
+use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, each_number, equal_lanes, f32x8, same_lanes};
 use glam::DVec3;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Columns of cells, and rows: of a picture of a million pixels, a few pixels each.
 const SIDE: u32 = 256;
 const _: () = assert!(SIDE as f64 <= MOST_ACROSS);
-
 /// Bits of a word.
 const BITS: u32 = u32::BITS;
 /// Words of all cells.
 const WORDS: usize = (SIDE * SIDE / BITS) as usize;
 
-/// With a larger share of the cells closed, there is too little to tell.
-const MOST_CLOSED: f64 = 0.875;
+/// Cells that are told as one, across and up, of what stands foremost in them.
+const TOGETHER: u32 = 2;
+const GROUPS: u32 = SIDE / TOGETHER;
+const FRONTS: usize = (GROUPS * GROUPS) as usize;
 
 /// What a light sees through one window, in compiled space.
 #[derive(Debug)]
@@ -36,23 +41,34 @@ pub struct Openings {
     face: Face,
     /// A bit for each cell that something may be in, row by row.
     closed: Box<[u32; WORDS]>,
+    /// What stands foremost, row by row of [`TOGETHER`] cells.
+    fronts: Box<[Foremost; FRONTS]>,
+    steps: Steps,
     regions: Regions,
-    /// The first of the planes, and how many there are: what is within bounds has itself before it, but for planes' points nobody need
-    /// look.
-    planes: [SurfaceId; 2],
+    grounds: Arc<Grounds>,
+}
+
+/// What is seen of eight points through a window.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// Lanes that nothing is before.
+    pub free: u8,
+    /// Lanes that nothing is before but, maybe, what they lie on.
+    pub alone: u8,
 }
 
 impl Openings {
-    /// Of all `casters`, of which these are `bounded`; `None` if the light is among them, or there is little to tell.
+    /// Of all `casters`, of which these are `bounded` and have these `grounds`; `None` if the light is among them. `first` is room.
     pub fn of<S: Scalar, B: Scalar>(
         scene: &Geometry<S, B>,
         casters: &Casters,
-        bounded: &[Caster],
+        (bounded, grounds): (&[Caster], &Arc<Grounds>),
         location: DVec3,
+        first: &mut Vec<u16>,
     ) -> Option<Self> {
         let slack = slack_at::<S>(location, casters.bounds);
         let boxes = bounded.iter().map(|caster| relative(caster, location, slack));
-        let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let (min, max) = boxes.clone().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
         // The way along which all is farthest for what it measures across.
         let ways = (0..3).flat_map(|along| [(along, false), (along, true)]);
         let (along, backward, [depths, across, up]) = ways
@@ -63,47 +79,60 @@ impl Openings {
         }
         let face = lay_out([across, up].map(|side| seen(side, depths)), S::UNIT_ROUNDOFF)?;
         let regions = Regions::of(casters, location, slack);
-        let planes = [scene.base[Kind::Plane as usize], scene.columns.len(Kind::Plane) as u32];
-        let closed = Box::new([0; WORDS]);
-        let mut openings = Self { location, along, backward, face, closed, regions, planes };
+        let fronts = vec![Foremost::NOTHING; FRONTS].into_boxed_slice().try_into().ok()?;
+        let (closed, steps) = (Box::new([0; WORDS]), Steps::between(depths));
+        let grounds = grounds.clone();
+        let mut openings = Self { location, along, backward, face, closed, fronts, steps, regions, grounds };
         let window = Window::along(location, along, backward);
-        for caster in bounded {
-            let close = |figure: &Figure| openings.close(&window, figure);
-            if !window.each_figure(scene, caster, slack, close) {
+        first.clear();
+        first.resize(FRONTS, FARTHEST);
+        let coarse = coarser(&face);
+        for (number, (caster, (min, max))) in (0..).zip(bounded.iter().zip(boxes)) {
+            let [depths, across, _] = sides(along, backward, (min, max));
+            let [left, right] = coarse.range(0, seen(across, depths), CELL_ROUNDING);
+            let box_sides = Sides::through(2 * along + usize::from(backward), min, max);
+            let drawn = Drawn::new(number, (box_sides, depths[0]), left..right + 1, &coarse, &openings.steps);
+            let draw = |figure: &Figure| openings.draw((&drawn, &coarse), &window, figure, first);
+            if !window.each_figure(scene, caster, slack, draw) {
                 return None;
             }
         }
-        let closed: u32 = openings.closed.iter().map(|word| word.count_ones()).sum();
-        let all = f64::from(face.columns) * f64::from(face.rows);
-        (f64::from(closed) <= MOST_CLOSED * all).then_some(openings)
+        Some(openings)
     }
 
-    /// Something is in the cells of a figure.
-    fn close(&mut self, window: &Window, figure: &Figure) {
-        let face = self.face;
-        let [low, high] = face.range(1, figure.up(), CELL_ROUNDING);
-        for row in low..=high {
-            let ends = [f64::from(row) - CELL_ROUNDING, f64::from(row + 1) + CELL_ROUNDING];
-            let across = window.across(figure, ends.map(|end| face.place(1, end)));
-            if across[0] > across[1] {
-                continue;
-            }
-            let [left, right] = face.range(0, across, CELL_ROUNDING);
-            for column in left..=right {
+    /// A caster, which is drawn on a coarser face, may be in the cells of a figure.
+    fn draw(
+        &mut self,
+        (drawn, coarse): (&Drawn, &Face),
+        window: &Window,
+        figure: &Figure,
+        first: &mut [u16],
+    ) {
+        each_row(&self.face, window, figure, |row, columns| {
+            for column in columns {
                 let (word, bit) = place_of(row * SIDE + column);
                 self.closed[word] |= 1 << bit;
             }
-        }
+        });
+        each_row(coarse, window, figure, |row, columns| {
+            let fronts = (row * GROUPS + columns.start) as usize..(row * GROUPS + columns.end) as usize;
+            let (fronts, first) = (&mut self.fronts[fronts.clone()], &mut first[fronts]);
+            drawn.put((row, columns), (coarse, &self.steps), fronts, first);
+        });
     }
 
-    /// Those of the ways from `lanes` of eight points to the light that nothing is in. The points lie on surfaces, which are lit on the
-    /// side that is seen.
+    /// What is seen of `lanes` of eight points on surfaces, which those in `outside` show from outside and which are lit on the side that
+    /// is seen.
     #[inline(always)]
-    pub fn free<L: Lane>(&self, point: Vec3<L>, surface: &[SurfaceId; LANES], lanes: u8) -> u8 {
-        let Self { location, along, backward, face, closed, regions, planes: [first, count] } = self;
-        let lanes = lanes & lanes_within(surface, *first, *count);
+    pub fn look<L: Lane>(
+        &self,
+        point: Vec3<L>,
+        (surface, outside): (&[SurfaceId; LANES], u8),
+        lanes: u8,
+    ) -> Seen {
+        let Self { location, along, backward, face, closed, fronts, steps, regions, grounds } = self;
         if lanes == 0 {
-            return 0;
+            return Seen::default();
         }
         let way = point - Vec3::splat(*location);
         let (ahead, across, up) = match along {
@@ -122,12 +151,30 @@ impl Openings {
         let beside = (column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows)).bits();
         let ahead = (depth.gt(f32x8::lit(REACH.start)) & depth.lt(f32x8::lit(REACH.end))).bits();
         let (column, row) = (column.trunc_int().to_array(), row.trunc_int().to_array());
-        let bit = each_lane(|k| {
-            let (word, bit) = place_of((row[k] as u32).wrapping_mul(SIDE).wrapping_add(column[k] as u32));
-            closed[word] >> bit & 1
-        });
-        let free = ahead & (beside | equal_lanes(&bit, 0)) & lanes;
-        regions.hold(free, point, surface)
+        let ground = each_number(surface, |surface| grounds.under(surface).0);
+        let caster = each_lane(|k| ground[k] >> Ground::CASTER);
+        let bare = equal_lanes(&caster, Ground::CASTS_NONE);
+        let mut known = beside & bare;
+        if lanes & bare != 0 {
+            let bit = each_lane(|k| {
+                let (word, bit) = place_of((row[k] as u32).wrapping_mul(SIDE).wrapping_add(column[k] as u32));
+                closed[word] >> bit & 1
+            });
+            known |= bare & equal_lanes(&bit, 0);
+        }
+        if lanes & !bare != 0 {
+            let front = each_lane(|k| {
+                let [row, column] = [row[k], column[k]].map(|place| place as u32 / TOGETHER);
+                fronts[row.wrapping_mul(GROUPS).wrapping_add(column) as usize & (FRONTS - 1)].0
+            });
+            let others = f32x8::from_fn(|k| (front[k] & Foremost::OTHERS) as f32);
+            let foremost = same_lanes(&caster, &each_lane(|k| front[k] >> Foremost::CASTER));
+            known |= !bare & !beside & foremost & steps.of(depth).lt(others).bits();
+        }
+        let convex = equal_lanes(&each_lane(|k| ground[k] & Ground::CONVEX), Ground::CONVEX);
+        let alone = regions.hold(ahead & lanes & known, point, surface);
+        let free = alone & (bare | convex & outside);
+        Seen { free, alone: alone & !free }
     }
 }
 
@@ -143,6 +190,31 @@ fn lay_out(sides: [[f64; 2]; 2], roundoff: f64) -> Option<Face> {
     let corner = sides.map(|[low, _]| low - CELL_ROUNDING / scale);
     let fits = scale > 0.0 && columns <= SIDE && rows <= SIDE;
     fits.then_some(Face { first: 0, columns, rows, corner, scale, width: 1.0 / scale })
+}
+
+/// Hands the columns of each row of a face that a figure may be in to `with`.
+fn each_row(face: &Face, window: &Window, figure: &Figure, mut with: impl FnMut(u32, Range<u32>)) {
+    let [low, high] = face.range(1, figure.up(), CELL_ROUNDING);
+    for row in low..=high {
+        let ends = [f64::from(row) - CELL_ROUNDING, f64::from(row + 1) + CELL_ROUNDING];
+        let across = window.across(figure, ends.map(|end| face.place(1, end)));
+        if across[0] <= across[1] {
+            let [left, right] = face.range(0, across, CELL_ROUNDING);
+            with(row, left..right + 1);
+        }
+    }
+}
+
+/// The same face by [`TOGETHER`] cells.
+fn coarser(face: &Face) -> Face {
+    let by = f64::from(TOGETHER);
+    Face {
+        columns: face.columns.div_ceil(TOGETHER),
+        rows: face.rows.div_ceil(TOGETHER),
+        scale: face.scale / by,
+        width: face.width * by,
+        ..*face
+    }
 }
 
 /// Where the bit of a cell is: its word, and which of it.
