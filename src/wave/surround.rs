@@ -109,10 +109,9 @@ fn open<S: Scalar, B: Scalar>(scene: &Compiled<S, B>, lights: &mut [LightProgram
     let casters = Casters::of(&scene.geometry);
     let bounded = casters.bounded(&scene.geometry);
     let Some(grounds) = Grounds::of(&scene.geometry, &bounded).map(Arc::new) else { return };
-    let mut room = Vec::new();
     for light in lights {
         let place = light.shadow_point();
-        let open = |place| Openings::of(&scene.geometry, &casters, (&bounded, &grounds), place, &mut room);
+        let open = |place| Openings::of(&scene.geometry, &casters, (&bounded, &grounds), place);
         if let Some(openings) = place.and_then(open) {
             light.around = Around::Openings(openings);
         }

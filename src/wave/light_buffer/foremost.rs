@@ -4,29 +4,32 @@ use super::Face;
 use super::ground::Ground;
 use super::raster::DEPTH_ROUNDING;
 use super::seen::Sides;
-use crate::lane::f32x8;
+use crate::lane::{LANES, Lane, each_lane, f32x8, same_lanes};
 use std::ops::Range;
+
+/// Columns of cells, and rows. (With twice as many there are a few more answers, but where mirrors scatter the points a second-level
+/// cache does not hold 256 kB beside all else.)
+pub(super) const SIDE: u32 = 128;
+const CELLS: usize = (SIDE * SIDE) as usize;
 
 /// Depths are told in so many steps from the nearest of all to the farthest.
 const STEPS: f32 = 65_534.0;
 /// What a depth of a point may be off by, in steps.
 const STEP_ROUNDING: f32 = 1.0;
-
-/// In one cell: above, the number of the caster that begins first, or [`Ground::CASTS_NONE`]; below, where the first of the others begins,
-/// at least, or [`FARTHEST`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Foremost(pub u32);
-
 /// Farther than all that is there.
-pub(super) const FARTHEST: u16 = u16::MAX;
+const FARTHEST: u16 = u16::MAX;
+
+/// What is in one cell: above, the number of the caster that begins first, or [`Ground::CASTS_NONE`]; below, where the first of the
+/// others begins, at least, or [`FARTHEST`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Foremost(u32);
 
 impl Foremost {
     /// Where the caster's number begins.
-    pub const CASTER: u32 = 16;
+    const CASTER: u32 = 16;
     /// The bits below it.
-    pub const OTHERS: u32 = FARTHEST as u32;
-    /// Nothing is there.
-    pub const NOTHING: Self = Self(Ground::CASTS_NONE << Self::CASTER | Self::OTHERS);
+    const OTHERS: u32 = FARTHEST as u32;
+    const NOTHING: Self = Self(Ground::CASTS_NONE << Self::CASTER | Self::OTHERS);
 
     fn new(caster: u32, others: u16) -> Self {
         Self(caster << Self::CASTER | u32::from(others))
@@ -43,14 +46,14 @@ impl Foremost {
 
 /// Depths in steps.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Steps {
+struct Steps {
     from: f32,
     scale: f32,
 }
 
 impl Steps {
     /// Between the nearest depth and the farthest.
-    pub fn between([near, far]: [f64; 2]) -> Self {
+    fn between([near, far]: [f64; 2]) -> Self {
         let (from, far) = (near as f32, far as f32);
         // (What is flat, and lies across, has a depth of some roundings.)
         Self { from, scale: STEPS / (far - from).max(far * f32::EPSILON) }
@@ -58,7 +61,7 @@ impl Steps {
 
     /// Depths of points.
     #[inline(always)]
-    pub fn of(&self, depth: f32x8) -> f32x8 {
+    fn of(&self, depth: f32x8) -> f32x8 {
         (depth - f32x8::splat(self.from)) * f32x8::splat(self.scale)
     }
 
@@ -70,7 +73,36 @@ impl Steps {
     }
 }
 
-/// A caster that is drawn into cells.
+/// What is foremost, cell by cell.
+#[derive(Debug)]
+pub(super) struct Fronts {
+    /// Row by row.
+    cells: Box<[Foremost; CELLS]>,
+    steps: Steps,
+}
+
+impl Fronts {
+    /// Lanes in which the foremost of a cell, by row and column, is this caster, and a depth is less than where the others begin.
+    #[inline(always)]
+    pub fn are_first(&self, [row, column]: [[u32; LANES]; 2], depth: f32x8, caster: &[u32; LANES]) -> u8 {
+        let cell = each_lane(|k| {
+            self.cells[row[k].wrapping_mul(SIDE).wrapping_add(column[k]) as usize & (CELLS - 1)].0
+        });
+        let others = f32x8::from_fn(|k| (cell[k] & Foremost::OTHERS) as f32);
+        same_lanes(caster, &each_lane(|k| cell[k] >> Foremost::CASTER))
+            & self.steps.of(depth).lt(others).bits()
+    }
+}
+
+/// Casters are drawn into cells, one after the other.
+pub(super) struct Drawing {
+    fronts: Fronts,
+    /// Where the foremost of each cell begins, at least.
+    first: Vec<u16>,
+    face: Face,
+}
+
+/// The caster that is being drawn.
 pub(super) struct Drawn {
     number: u32,
     sides: Sides,
@@ -81,40 +113,46 @@ pub(super) struct Drawn {
     columns: Vec<u16>,
 }
 
-impl Drawn {
-    /// Caster `number`, whose box has these `sides`, is nowhere nearer than `near`, and is seen in these columns of a face, at most.
-    pub fn new(
-        number: u32,
-        (sides, near): (Sides, f64),
-        columns: Range<u32>,
-        face: &Face,
-        steps: &Steps,
-    ) -> Self {
-        let near = steps.at_least(near);
-        let first_column = columns.start;
-        let columns =
-            columns.map(|column| steps.at_least(sides.depth_in(0, column, face)).max(near)).collect();
-        Self { number, sides, near, first_column, columns }
+impl Drawing {
+    /// On a face of at most [`SIDE`] columns and rows, of what lies between these depths.
+    pub fn on(face: Face, depths: [f64; 2]) -> Self {
+        let cells = Box::new([Foremost::NOTHING; CELLS]);
+        let fronts = Fronts { cells, steps: Steps::between(depths) };
+        Self { fronts, first: vec![FARTHEST; CELLS], face }
     }
 
-    /// Puts it into some cells of a row, the first of which is `cells`; where the foremost begins there is told in `first`.
-    pub fn put(
-        &self,
-        (row, columns): (u32, Range<u32>),
-        (face, steps): (&Face, &Steps),
-        cells: &mut [Foremost],
-        first: &mut [u16],
-    ) {
-        let in_row = steps.at_least(self.sides.depth_in(1, row, face)).max(self.near);
-        for ((cell, first), column) in cells.iter_mut().zip(first).zip(columns) {
+    /// What all casters make.
+    pub fn done(self) -> Fronts {
+        self.fronts
+    }
+
+    pub fn face(&self) -> &Face {
+        &self.face
+    }
+
+    /// Begins caster `number`, whose box has these `sides`, is nowhere nearer than `near`, and is seen in these columns.
+    pub fn begin(&self, number: u32, (sides, near): (Sides, f64), [left, right]: [u32; 2]) -> Drawn {
+        let steps = &self.fronts.steps;
+        let near = steps.at_least(near);
+        let depth = |column: u32| steps.at_least(sides.depth_in(0, column, &self.face)).max(near);
+        let columns = (left..=right).map(depth).collect();
+        Drawn { number, sides, near, first_column: left, columns }
+    }
+
+    /// Puts the caster into some columns of a row; a second time makes no difference.
+    pub fn put(&mut self, drawn: &Drawn, row: u32, columns: Range<u32>) {
+        let Self { fronts: Fronts { cells, steps }, first, face } = self;
+        let in_row = steps.at_least(drawn.sides.depth_in(1, row, face)).max(drawn.near);
+        let places = (row * SIDE + columns.start) as usize..(row * SIDE + columns.end) as usize;
+        for ((cell, first), column) in cells[places.clone()].iter_mut().zip(&mut first[places]).zip(columns) {
             // (Figures are a little larger than their boxes.)
-            let in_column = self.columns.get(column.wrapping_sub(self.first_column) as usize);
-            let depth = in_row.max(*in_column.unwrap_or(&self.near));
-            if cell.caster() == self.number {
+            let in_column = drawn.columns.get(column.wrapping_sub(drawn.first_column) as usize);
+            let depth = in_row.max(*in_column.unwrap_or(&drawn.near));
+            if cell.caster() == drawn.number {
                 continue;
             }
             if depth < *first {
-                *cell = Foremost::new(self.number, *first);
+                *cell = Foremost::new(drawn.number, *first);
                 *first = depth;
             } else {
                 *cell = Foremost::new(cell.caster(), cell.others().min(depth));
@@ -126,7 +164,6 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lane::Lane;
     use crate::random::Random;
     use glam::DVec3;
 
@@ -154,44 +191,37 @@ mod tests {
         let face = Face { first: 0, columns, rows, corner: [-1.0, -0.75], scale: 20.0, width: 0.05 };
         let random = &mut Random::new(5);
         for _ in 0..50 {
-            let steps = Steps::between([2.0, 8.0]);
+            let (mut drawing, row) = (Drawing::on(face, [2.0, 8.0]), 12);
             let casters: Vec<Drawn> = (0..6)
                 .map(|number| {
-                    let min = DVec3::new(
-                        random.between(-2.0, 2.0),
-                        random.between(-2.0, 2.0),
-                        random.between(2.0, 7.0),
-                    );
-                    let sides = Sides::through(4, min, min + 1.0);
-                    Drawn::new(number, (sides, min.z), 5..columns, &face, &steps)
+                    let [x, y] = [0, 1].map(|_| random.between(-2.0, 2.0));
+                    let min = DVec3::new(x, y, random.between(2.0, 7.0));
+                    drawing.begin(number, (Sides::through(4, min, min + 1.0), min.z), [5, columns - 1])
                 })
                 .collect();
-            let mut cells = vec![Foremost::NOTHING; columns as usize];
-            let mut first = vec![FARTHEST; columns as usize];
-            let row = 12;
             // Each in two figures that overlap, the second of which begins before what its box is seen in.
             for caster in &casters {
-                for range in [10..30, 2..20] {
-                    let some = range.start as usize..range.end as usize;
-                    caster.put((row, range), (&face, &steps), &mut cells[some.clone()], &mut first[some]);
-                }
+                [10..30, 2..20].into_iter().for_each(|columns| drawing.put(caster, row, columns));
             }
-            for (column, cell) in (0..).zip(&cells) {
+            for column in 0..columns {
                 let depth_of = |caster: &Drawn| {
                     let across = if column < 5 { 0.0 } else { caster.sides.depth_in(0, column, &face) };
-                    [across, caster.sides.depth_in(1, row, &face)]
-                        .map(|depth| steps.at_least(depth))
+                    let depths = [across, caster.sides.depth_in(1, row, &face)];
+                    depths
+                        .map(|depth| drawing.fronts.steps.at_least(depth))
                         .into_iter()
                         .fold(caster.near, u16::max)
                 };
                 let mut all: Vec<_> =
                     casters.iter().map(|caster| (depth_of(caster), caster.number)).collect();
                 all.sort_unstable();
+                let place = (row * SIDE + column) as usize;
+                let cell = drawing.fronts.cells[place];
                 if (2..30).contains(&column) {
-                    assert_eq!((first[column as usize], cell.others()), (all[0].0, all[1].0));
+                    assert_eq!((drawing.first[place], cell.others()), (all[0].0, all[1].0));
                     assert!(all.contains(&(all[0].0, cell.caster())), "the foremost is one of the nearest");
                 } else {
-                    assert_eq!(cell.0, Foremost::NOTHING.0);
+                    assert_eq!(cell, Foremost::NOTHING);
                 }
             }
         }

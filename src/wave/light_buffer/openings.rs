@@ -6,14 +6,14 @@
 
 use super::casters::{Caster, Casters};
 use super::figure::{Figure, Window};
-use super::foremost::{Drawn, FARTHEST, Foremost, Steps};
+use super::foremost::{self, Drawing, Fronts};
 use super::ground::{Ground, Grounds};
 use super::raster::{CELL_ROUNDING, MOST_ACROSS, finest_scale};
 use super::region::{Regions, slack_at};
 use super::seen::{Sides, relative};
 use super::{Face, REACH};
 use crate::compile::{Geometry, SurfaceId};
-use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, each_number, equal_lanes, f32x8, same_lanes};
+use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, each_number, equal_lanes, f32x8};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,10 +26,9 @@ const BITS: u32 = u32::BITS;
 /// Words of all cells.
 const WORDS: usize = (SIDE * SIDE / BITS) as usize;
 
-/// Cells that are told as one, across and up, of what stands foremost in them.
-const TOGETHER: u32 = 2;
-const GROUPS: u32 = SIDE / TOGETHER;
-const FRONTS: usize = (GROUPS * GROUPS) as usize;
+/// So many cells, across and up, are one of those of what is foremost.
+const TOGETHER: u32 = SIDE / foremost::SIDE;
+const _: () = assert!(TOGETHER * foremost::SIDE == SIDE);
 
 /// What a light sees through one window, in compiled space.
 #[derive(Debug)]
@@ -41,9 +40,7 @@ pub struct Openings {
     face: Face,
     /// A bit for each cell that something may be in, row by row.
     closed: Box<[u32; WORDS]>,
-    /// What stands foremost, row by row of [`TOGETHER`] cells.
-    fronts: Box<[Foremost; FRONTS]>,
-    steps: Steps,
+    fronts: Fronts,
     regions: Regions,
     grounds: Arc<Grounds>,
 }
@@ -58,13 +55,12 @@ pub struct Seen {
 }
 
 impl Openings {
-    /// Of all `casters`, of which these are `bounded` and have these `grounds`; `None` if the light is among them. `first` is room.
+    /// Of all `casters`, of which these are `bounded` and have these `grounds`; `None` if the light is among them.
     pub fn of<S: Scalar, B: Scalar>(
         scene: &Geometry<S, B>,
         casters: &Casters,
         (bounded, grounds): (&[Caster], &Arc<Grounds>),
         location: DVec3,
-        first: &mut Vec<u16>,
     ) -> Option<Self> {
         let slack = slack_at::<S>(location, casters.bounds);
         let boxes = bounded.iter().map(|caster| relative(caster, location, slack));
@@ -78,47 +74,24 @@ impl Openings {
             return None;
         }
         let face = lay_out([across, up].map(|side| seen(side, depths)), S::UNIT_ROUNDOFF)?;
-        let regions = Regions::of(casters, location, slack);
-        let fronts = vec![Foremost::NOTHING; FRONTS].into_boxed_slice().try_into().ok()?;
-        let (closed, steps) = (Box::new([0; WORDS]), Steps::between(depths));
-        let grounds = grounds.clone();
-        let mut openings = Self { location, along, backward, face, closed, fronts, steps, regions, grounds };
+        let (mut closed, mut drawing) = (Box::new([0; WORDS]), Drawing::on(coarser(&face), depths));
         let window = Window::along(location, along, backward);
-        first.clear();
-        first.resize(FRONTS, FARTHEST);
-        let coarse = coarser(&face);
         for (number, (caster, (min, max))) in (0..).zip(bounded.iter().zip(boxes)) {
             let [depths, across, _] = sides(along, backward, (min, max));
-            let [left, right] = coarse.range(0, seen(across, depths), CELL_ROUNDING);
+            let columns = drawing.face().range(0, seen(across, depths), CELL_ROUNDING);
             let box_sides = Sides::through(2 * along + usize::from(backward), min, max);
-            let drawn = Drawn::new(number, (box_sides, depths[0]), left..right + 1, &coarse, &openings.steps);
-            let draw = |figure: &Figure| openings.draw((&drawn, &coarse), &window, figure, first);
+            let drawn = drawing.begin(number, (box_sides, depths[0]), columns);
+            let draw = |figure: &Figure| {
+                each_row(&face, &window, figure, |row, columns| close(&mut closed, row, columns));
+                let coarse = *drawing.face();
+                each_row(&coarse, &window, figure, |row, columns| drawing.put(&drawn, row, columns));
+            };
             if !window.each_figure(scene, caster, slack, draw) {
                 return None;
             }
         }
-        Some(openings)
-    }
-
-    /// A caster, which is drawn on a coarser face, may be in the cells of a figure.
-    fn draw(
-        &mut self,
-        (drawn, coarse): (&Drawn, &Face),
-        window: &Window,
-        figure: &Figure,
-        first: &mut [u16],
-    ) {
-        each_row(&self.face, window, figure, |row, columns| {
-            for column in columns {
-                let (word, bit) = place_of(row * SIDE + column);
-                self.closed[word] |= 1 << bit;
-            }
-        });
-        each_row(coarse, window, figure, |row, columns| {
-            let fronts = (row * GROUPS + columns.start) as usize..(row * GROUPS + columns.end) as usize;
-            let (fronts, first) = (&mut self.fronts[fronts.clone()], &mut first[fronts]);
-            drawn.put((row, columns), (coarse, &self.steps), fronts, first);
-        });
+        let (regions, grounds) = (Regions::of(casters, location, slack), grounds.clone());
+        Some(Self { location, along, backward, face, closed, fronts: drawing.done(), regions, grounds })
     }
 
     /// What is seen of `lanes` of eight points on surfaces, which those in `outside` show from outside and which are lit on the side that
@@ -130,7 +103,7 @@ impl Openings {
         (surface, outside): (&[SurfaceId; LANES], u8),
         lanes: u8,
     ) -> Seen {
-        let Self { location, along, backward, face, closed, fronts, steps, regions, grounds } = self;
+        let Self { location, along, backward, face, closed, fronts, regions, grounds } = self;
         if lanes == 0 {
             return Seen::default();
         }
@@ -163,13 +136,8 @@ impl Openings {
             known |= bare & equal_lanes(&bit, 0);
         }
         if lanes & !bare != 0 {
-            let front = each_lane(|k| {
-                let [row, column] = [row[k], column[k]].map(|place| place as u32 / TOGETHER);
-                fronts[row.wrapping_mul(GROUPS).wrapping_add(column) as usize & (FRONTS - 1)].0
-            });
-            let others = f32x8::from_fn(|k| (front[k] & Foremost::OTHERS) as f32);
-            let foremost = same_lanes(&caster, &each_lane(|k| front[k] >> Foremost::CASTER));
-            known |= !bare & !beside & foremost & steps.of(depth).lt(others).bits();
+            let place = [row, column].map(|place| each_lane(|k| place[k] as u32 / TOGETHER));
+            known |= !bare & !beside & fronts.are_first(place, depth, &caster);
         }
         let convex = equal_lanes(&each_lane(|k| ground[k] & Ground::CONVEX), Ground::CONVEX);
         let alone = regions.hold(ahead & lanes & known, point, surface);
@@ -202,6 +170,14 @@ fn each_row(face: &Face, window: &Window, figure: &Figure, mut with: impl FnMut(
             let [left, right] = face.range(0, across, CELL_ROUNDING);
             with(row, left..right + 1);
         }
+    }
+}
+
+/// Something is in these cells of a row.
+fn close(closed: &mut [u32; WORDS], row: u32, columns: Range<u32>) {
+    for column in columns {
+        let (word, bit) = place_of(row * SIDE + column);
+        closed[word] |= 1 << bit;
     }
 }
 
