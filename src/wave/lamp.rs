@@ -156,11 +156,10 @@ fn look_through<S: Scalar, B: Scalar>(
     lanes: u8,
     known: &mut Known,
 ) {
-    let mut seen = openings.look(hit.point, (&hit.surface, hit.outside), lanes);
-    if seen.alone != 0 {
-        seen.free |= left_behind(scene, (hit, dir), seen.alone);
+    *known = openings.look(hit.point, (&hit.surface, hit.outside), lanes);
+    if known.doubtful != 0 {
+        known.free |= left_behind(scene, (hit, dir), known.doubtful);
     }
-    *known = Known { free: seen.free, ..Known::default() };
 }
 
 /// POV-Ray's least cosine of light that still falls on the front.

@@ -17,11 +17,10 @@ pub fn left_behind<S: Scalar, B: Scalar>(
         let surface = hit.surface[waiting.trailing_zeros() as usize & (LANES - 1)];
         let on = equal_lanes(&hit.surface, surface) & waiting;
         waiting &= !on;
-        let kind = scene.kind_of(surface);
-        if kind < COMPOSITE {
-            let row = (surface - scene.base[usize::from(kind)]) as usize;
+        if scene.kind_of(surface) < COMPOSITE {
+            let (kind, row) = scene.row_of(surface);
             let start = Left { on: Mask::from_bits(on), part: hit.part };
-            left |= scene.columns.with(kind, LeftBehind { row, rays: &rays, left: &start });
+            left |= scene.columns.with(kind, LeftBehind { row: row as usize, rays: &rays, left: &start });
         } else if let Some(part) = scene.part_of(surface) {
             let composite = scene.csg.parts[part as usize].composite;
             let bounds = &scene.csg.composites[composite as usize].bounds;

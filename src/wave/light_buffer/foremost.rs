@@ -2,7 +2,7 @@
 
 use super::Face;
 use super::ground::Ground;
-use super::raster::DEPTH_ROUNDING;
+use super::raster::{CELL_ROUNDING, DEPTH_ROUNDING};
 use super::seen::Sides;
 use crate::lane::{LANES, Lane, each_lane, f32x8, same_lanes};
 use std::ops::Range;
@@ -126,14 +126,11 @@ impl Drawing {
         self.fronts
     }
 
-    pub fn face(&self) -> &Face {
-        &self.face
-    }
-
-    /// Begins caster `number`, whose box has these `sides`, is nowhere nearer than `near`, and is seen in these columns.
-    pub fn begin(&self, number: u32, (sides, near): (Sides, f64), [left, right]: [u32; 2]) -> Drawn {
+    /// Begins caster `number`, whose box has these `sides` and is all before the face.
+    pub fn begin(&self, number: u32, sides: Sides) -> Drawn {
         let steps = &self.fronts.steps;
-        let near = steps.at_least(near);
+        let near = steps.at_least(sides.depths[0]);
+        let [left, right] = self.face.range(0, sides.seen(sides.depths)[0], CELL_ROUNDING);
         let depth = |column: u32| steps.at_least(sides.depth_in(0, column, &self.face)).max(near);
         let columns = (left..=right).map(depth).collect();
         Drawn { number, sides, near, first_column: left, columns }
@@ -196,16 +193,18 @@ mod tests {
                 .map(|number| {
                     let [x, y] = [0, 1].map(|_| random.between(-2.0, 2.0));
                     let min = DVec3::new(x, y, random.between(2.0, 7.0));
-                    drawing.begin(number, (Sides::through(4, min, min + 1.0), min.z), [5, columns - 1])
+                    drawing.begin(number, Sides::through(4, min, min + 1.0))
                 })
                 .collect();
-            // Each in two figures that overlap, the second of which begins before what its box is seen in.
+            // Each in two figures that overlap, and go beyond what its box is seen in.
             for caster in &casters {
                 [10..30, 2..20].into_iter().for_each(|columns| drawing.put(caster, row, columns));
             }
             for column in 0..columns {
                 let depth_of = |caster: &Drawn| {
-                    let across = if column < 5 { 0.0 } else { caster.sides.depth_in(0, column, &face) };
+                    let seen = caster.columns.len() as u32;
+                    let is_seen = (caster.first_column..caster.first_column + seen).contains(&column);
+                    let across = if is_seen { caster.sides.depth_in(0, column, &face) } else { 0.0 };
                     let depths = [across, caster.sides.depth_in(1, row, &face)];
                     depths
                         .map(|depth| drawing.fronts.steps.at_least(depth))

@@ -119,10 +119,28 @@ impl Face {
         let cell = |x: f64, by: f64| ((x - self.corner[side]) * self.scale + by).max(0.0) as u32;
         [cell(low, -room), cell(high, room)].map(|cell| cell.min(last))
     }
+
+    /// Column and row of eight points that lie so far ahead, across and up, and the lanes of those beside all cells. Depths are the way
+    /// ahead in single precision, which tells cells apart once differences have been taken.
+    #[inline(always)]
+    fn find<L: Lane>(&self, [ahead, across, up]: [L; 3], depth: f32x8) -> ([[i32; LANES]; 2], u8) {
+        let scale = f32x8::lit(self.scale) / depth;
+        let place = |w: L, corner: f64| (-ahead).fused(L::lit(corner), w).cast::<f32x8>() * scale;
+        let (column, row) = (place(across, self.corner[0]), place(up, self.corner[1]));
+        let (columns, rows) = (f32x8::lit(f64::from(self.columns)), f32x8::lit(f64::from(self.rows)));
+        let beside = column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows);
+        ([column, row].map(|place| place.trunc_int().to_array()), beside.bits())
+    }
 }
 
 /// Of points nearer or farther than this, along the axis of their face, nothing is said: single precision has no room for them.
 const REACH: Range<f64> = 1e-30..1e30;
+
+/// Lanes of these depths of which something may be said.
+#[inline(always)]
+fn within_reach(depth: f32x8) -> u8 {
+    (depth.gt(f32x8::lit(REACH.start)) & depth.lt(f32x8::lit(REACH.end))).bits()
+}
 
 /// A cube's faces: towards x, -x, y, -y, z, -z. Across and up are the next two axes.
 const FACES: usize = 6;
@@ -182,7 +200,7 @@ pub struct Known {
     pub free: u8,
     /// Lanes that no light reaches.
     pub blocked: u8,
-    /// Lanes that may be one or the other, as [`LightBuffer::ask`] tells.
+    /// Lanes that may be one or the other: of cells [`LightBuffer::ask`] tells, through windows what they lie on.
     pub doubtful: u8,
 }
 
@@ -201,7 +219,7 @@ impl LightBuffer {
     #[inline]
     pub fn place<L: Lane>(&self, point: Vec3<L>, lanes: u8, places: &mut Places) {
         let way = point - Vec3::splat(self.location);
-        // Single precision tells faces and cells apart, once differences have been taken.
+        // Single precision tells faces apart, once differences have been taken.
         let single = L::cast::<f32x8>;
         let [x, y, z] = [way.x, way.y, way.z].map(|w| single(w).abs());
         let along_x = (x.ge(y) & x.ge(z)).bits();
@@ -226,17 +244,11 @@ impl LightBuffer {
                 1 => (way.y, way.z, way.x, y),
                 _ => (way.z, way.x, way.y, z),
             };
-            let scale = f32x8::lit(face.scale) / to;
-            let ahead = ahead.abs();
-            let place = |w: L, corner: f64| single((-ahead).fused(L::lit(corner), w)) * scale;
-            let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
-            let (columns, rows) = (f32x8::lit(f64::from(face.columns)), f32x8::lit(f64::from(face.rows)));
-            let sound = same & (to.gt(f32x8::lit(REACH.start)) & to.lt(f32x8::lit(REACH.end))).bits();
-            let out = column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows);
-            beside |= sound & out.bits();
-            within |= sound & !out.bits();
+            let ([column, row], out) = face.find([ahead.abs(), across, up], to);
+            let sound = same & within_reach(to);
+            beside |= sound & out;
+            within |= sound & !out;
             depth = Mask::from_bits(same).select(to, depth);
-            let (column, row) = (column.trunc_int().to_array(), row.trunc_int().to_array());
             let place = |k: usize| {
                 (row[k] as u32)
                     .wrapping_mul(face.columns)

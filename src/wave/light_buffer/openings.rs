@@ -8,10 +8,10 @@ use super::casters::{Caster, Casters};
 use super::figure::{Figure, Window};
 use super::foremost::{self, Drawing, Fronts};
 use super::ground::{Ground, Grounds};
-use super::raster::{CELL_ROUNDING, MOST_ACROSS, finest_scale};
+use super::raster::{CELL_ROUNDING, MOST_ACROSS, axes, finest_scale};
 use super::region::{Regions, slack_at};
 use super::seen::{Sides, relative};
-use super::{Face, REACH};
+use super::{FACES, Face, Known, REACH, within_reach};
 use crate::compile::{Geometry, SurfaceId};
 use crate::lane::{LANES, Lane, Scalar, Vec3, each_lane, each_number, equal_lanes, f32x8};
 use glam::DVec3;
@@ -45,15 +45,6 @@ pub struct Openings {
     grounds: Arc<Grounds>,
 }
 
-/// What is seen of eight points through a window.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
-    /// Lanes that nothing is before.
-    pub free: u8,
-    /// Lanes that nothing is before but, maybe, what they lie on.
-    pub alone: u8,
-}
-
 impl Openings {
     /// Of all `casters`, of which these are `bounded` and have these `grounds`; `None` if the light is among them.
     pub fn of<S: Scalar, B: Scalar>(
@@ -66,24 +57,21 @@ impl Openings {
         let boxes = bounded.iter().map(|caster| relative(caster, location, slack));
         let (min, max) = boxes.clone().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
         // The way along which all is farthest for what it measures across.
-        let ways = (0..3).flat_map(|along| [(along, false), (along, true)]);
-        let (along, backward, [depths, across, up]) = ways
-            .map(|(along, backward)| (along, backward, sides(along, backward, (min, max))))
-            .max_by(|(_, _, a), (_, _, b)| narrowness(a).total_cmp(&narrowness(b)))?;
-        if !depths.iter().all(|depth| REACH.contains(depth)) {
+        let (number, all) = (0..FACES)
+            .map(|number| (number, Sides::through(number, min, max)))
+            .max_by(|(_, a), (_, b)| narrowness(a).total_cmp(&narrowness(b)))?;
+        if !all.depths.iter().all(|depth| REACH.contains(depth)) {
             return None;
         }
-        let face = lay_out([across, up].map(|side| seen(side, depths)), S::UNIT_ROUNDOFF)?;
-        let (mut closed, mut drawing) = (Box::new([0; WORDS]), Drawing::on(coarser(&face), depths));
+        let face = lay_out(all.seen(all.depths), S::UNIT_ROUNDOFF)?;
+        let coarse = coarser(&face);
+        let (mut closed, mut drawing) = (Box::new([0; WORDS]), Drawing::on(coarse, all.depths));
+        let (along, _, _, backward) = axes(number);
         let window = Window::along(location, along, backward);
-        for (number, (caster, (min, max))) in (0..).zip(bounded.iter().zip(boxes)) {
-            let [depths, across, _] = sides(along, backward, (min, max));
-            let columns = drawing.face().range(0, seen(across, depths), CELL_ROUNDING);
-            let box_sides = Sides::through(2 * along + usize::from(backward), min, max);
-            let drawn = drawing.begin(number, (box_sides, depths[0]), columns);
+        for (caster_number, (caster, (min, max))) in (0..).zip(bounded.iter().zip(boxes)) {
+            let drawn = drawing.begin(caster_number, Sides::through(number, min, max));
             let draw = |figure: &Figure| {
                 each_row(&face, &window, figure, |row, columns| close(&mut closed, row, columns));
-                let coarse = *drawing.face();
                 each_row(&coarse, &window, figure, |row, columns| drawing.put(&drawn, row, columns));
             };
             if !window.each_figure(scene, caster, slack, draw) {
@@ -94,18 +82,18 @@ impl Openings {
         Some(Self { location, along, backward, face, closed, fronts: drawing.done(), regions, grounds })
     }
 
-    /// What is seen of `lanes` of eight points on surfaces, which those in `outside` show from outside and which are lit on the side that
-    /// is seen.
+    /// What is known of the ways from `lanes` of eight points on surfaces, which those in `outside` show from outside and which are lit on
+    /// the side that is seen; in doubt are those that only what they lie on may be in the way of.
     #[inline(always)]
     pub fn look<L: Lane>(
         &self,
         point: Vec3<L>,
         (surface, outside): (&[SurfaceId; LANES], u8),
         lanes: u8,
-    ) -> Seen {
+    ) -> Known {
         let Self { location, along, backward, face, closed, fronts, regions, grounds } = self;
         if lanes == 0 {
-            return Seen::default();
+            return Known::default();
         }
         let way = point - Vec3::splat(*location);
         let (ahead, across, up) = match along {
@@ -114,16 +102,8 @@ impl Openings {
             _ => (way.z, way.x, way.y),
         };
         let ahead = if *backward { -ahead } else { ahead };
-        let single = L::cast::<f32x8>;
-        let depth = single(ahead);
-        let scale = f32x8::lit(face.scale) / depth;
-        // Single precision tells cells apart once differences have been taken.
-        let place = |w: L, corner: f64| single((-ahead).fused(L::lit(corner), w)) * scale;
-        let (column, row) = (place(across, face.corner[0]), place(up, face.corner[1]));
-        let (columns, rows) = (f32x8::lit(f64::from(face.columns)), f32x8::lit(f64::from(face.rows)));
-        let beside = (column.min(row).lt(f32x8::zero()) | column.ge(columns) | row.ge(rows)).bits();
-        let ahead = (depth.gt(f32x8::lit(REACH.start)) & depth.lt(f32x8::lit(REACH.end))).bits();
-        let (column, row) = (column.trunc_int().to_array(), row.trunc_int().to_array());
+        let depth = ahead.cast::<f32x8>();
+        let ([column, row], beside) = face.find([ahead, across, up], depth);
         let ground = each_number(surface, |surface| grounds.under(surface).0);
         let caster = each_lane(|k| ground[k] >> Ground::CASTER);
         let bare = equal_lanes(&caster, Ground::CASTS_NONE);
@@ -140,9 +120,9 @@ impl Openings {
             known |= !bare & !beside & fronts.are_first(place, depth, &caster);
         }
         let convex = equal_lanes(&each_lane(|k| ground[k] & Ground::CONVEX), Ground::CONVEX);
-        let alone = regions.hold(ahead & lanes & known, point, surface);
+        let alone = regions.hold(within_reach(depth) & lanes & known, point, surface);
         let free = alone & (bare | convex & outside);
-        Seen { free, alone: alone & !free }
+        Known { free, blocked: 0, doubtful: alone & !free }
     }
 }
 
@@ -199,21 +179,8 @@ fn place_of(cell: u32) -> (usize, u32) {
     ((cell / BITS) as usize & (WORDS - 1), cell % BITS)
 }
 
-/// From where to where a box relative to the light goes ahead, across and up.
-fn sides(along: usize, backward: bool, (min, max): (DVec3, DVec3)) -> [[f64; 2]; 3] {
-    let side = |k: usize| (along + k) % 3;
-    let [low, high] = [min, max].map(|corner| corner[along]);
-    let ahead = if backward { [-high, -low] } else { [low, high] };
-    [ahead, [min[side(1)], max[side(1)]], [min[side(2)], max[side(2)]]]
-}
-
 /// How far away a box begins for how far it goes across or up.
-fn narrowness([[near, _], across, up]: &[[f64; 2]; 3]) -> f64 {
-    let reach = [across, up].map(|[low, high]| (-low).max(*high));
-    near / reach[0].max(reach[1])
-}
-
-/// Where, at depth 1, a side is seen that lies between these depths.
-fn seen([low, high]: [f64; 2], [near, far]: [f64; 2]) -> [f64; 2] {
-    [low / if low < 0.0 { near } else { far }, high / if high > 0.0 { near } else { far }]
+fn narrowness(Sides { depths: [near, _], sides }: &Sides) -> f64 {
+    let [across, up] = sides.map(|[low, high]| (-low).max(high));
+    near / across.max(up)
 }

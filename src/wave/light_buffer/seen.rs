@@ -21,20 +21,23 @@ pub(super) struct Outline {
 /// faces.
 const BESIDE: f64 = EDGE * (1.0 + 1e-12);
 
-/// A caster's box relative to the light, across and up a face: least and greatest.
-pub(super) struct Sides([[f64; 2]; 2]);
+/// A box relative to the light, as it lies before a face: least and greatest.
+pub(super) struct Sides {
+    /// Along the face's axis.
+    pub depths: [f64; 2],
+    /// Across and up.
+    pub sides: [[f64; 2]; 2],
+}
 
 impl Outline {
     /// Of a box from `min` to `max` relative to the light, which is outside of it; `None` if it is not seen through
     /// `face`.
     pub fn through(face: usize, min: DVec3, max: DVec3) -> Option<Self> {
-        let (along, _, _, backward) = axes(face);
-        let (nearest, farthest) =
-            if backward { (-max[along], -min[along]) } else { (min[along], max[along]) };
+        let through = Sides::through(face, min, max);
+        let Sides { depths: [nearest, farthest], sides } = through;
         if farthest <= 0.0 {
             return None;
         }
-        let Sides(sides) = Sides::through(face, min, max);
         // Within the face nothing is farther across than along.
         let off = |[low, high]: [f64; 2]| if low > 0.0 { low } else { (-high).max(0.0) };
         let off = off(sides[0]).max(off(sides[1]));
@@ -45,12 +48,8 @@ impl Outline {
         if near <= 0.0 || near > farthest {
             return None;
         }
-        let seen = |[low, high]: [f64; 2]| {
-            let low = low / if low < 0.0 { near } else { farthest };
-            let high = high / if high > 0.0 { near } else { farthest };
-            [low.max(-EDGE), high.min(EDGE)]
-        };
-        Some(Self { across: seen(sides[0]), up: seen(sides[1]), near })
+        let [across, up] = through.seen([near, farthest]).map(|[low, high]| [low.max(-EDGE), high.min(EDGE)]);
+        Some(Self { across, up, near })
     }
 
     /// The cells it is seen through: first and last column, first and last row.
@@ -62,14 +61,21 @@ impl Outline {
 impl Sides {
     /// Of a box from `min` to `max` relative to the light.
     pub fn through(face: usize, min: DVec3, max: DVec3) -> Self {
-        let (_, across, up, _) = axes(face);
-        Self([across, up].map(|axis| [min[axis], max[axis]]))
+        let (along, across, up, backward) = axes(face);
+        let depths = if backward { [-max[along], -min[along]] } else { [min[along], max[along]] };
+        Self { depths, sides: [across, up].map(|axis| [min[axis], max[axis]]) }
+    }
+
+    /// Where, across and up at depth 1, is seen what lies between these depths.
+    pub fn seen(&self, [near, far]: [f64; 2]) -> [[f64; 2]; 2] {
+        self.sides.map(|[low, high]| {
+            [low / if low < 0.0 { near } else { far }, high / if high > 0.0 { near } else { far }]
+        })
     }
 
     /// The least depth at which the box's side number `side` can be met in cell number `cell` along it.
     pub fn depth_in(&self, side: usize, cell: u32, face: &Face) -> f64 {
-        let Self(sides) = self;
-        let [low, high] = sides[side];
+        let [low, high] = self.sides[side];
         let (first, last) = (f64::from(cell) - CELL_ROUNDING, f64::from(cell + 1) + CELL_ROUNDING);
         if low > 0.0 {
             let last = face.place(side, last);
