@@ -57,9 +57,8 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     ];
     let (looking, lines) = ((askers, lanes), (&mut **stretches, [a, b]));
     let changed = scene.csg.nearest(composite, looking, lines, (ANY, filter), scratch, &mut both);
-    let [found, other_found] = both.map(|Best { t, surface, .. }| (t, surface));
-    take::<S::Lane, ANY>(&mut queries[a], changed[0], found);
-    take::<S::Lane, ANY>(&mut queries[b], changed[1], other_found);
+    take::<S::Lane, ANY>(&mut queries[a], changed[0], &both[0].t, &both[0].surface);
+    take::<S::Lane, ANY>(&mut queries[b], changed[1], &both[1].t, &both[1].surface);
     changed
 }
 
@@ -95,12 +94,13 @@ fn asker<'a, S: Scalar, B: Scalar>(
 fn take<L: Lane, const ANY: bool>(
     query: &mut Query<L>,
     changed: u8,
-    (t, surface): (f64x8, [SurfaceId; LANES]),
+    t: &f64x8,
+    surface: &[SurfaceId; LANES],
 ) {
     if changed != 0 {
-        query.surface = surface;
+        query.surface = *surface;
         if !ANY {
-            query.t = Mask::from_bits(changed).select(L::from_f64s(t), query.t);
+            query.t = Mask::from_bits(changed).select(L::from_f64s(*t), query.t);
         }
     }
 }
