@@ -7,7 +7,7 @@
 
 use super::quadric::ConvexQuadric;
 use super::single::{GROWTH, LEAST_SIZE, least, most, rising_roots, single};
-use crate::kernel::{OwnSpace, Rays, Solid};
+use crate::kernel::{Aabb, OwnSpace, Rays, Solid};
 use crate::lane::{Lane, Many, Mask, Scalar, Sixteen, Vec3, f32x8, f32x16, f64x8};
 use glam::DVec3;
 
@@ -29,6 +29,10 @@ const ALONG_SIDE: f64 = f32::UNIT_ROUNDOFF;
 /// In place of the inverse of nothing: larger than any square that matters, and finite when multiplied with one.
 const ENDLESS: f64 = 1e30;
 
+/// The box around what must be asked for its crossings is wider by this share of the composite's size, which is much more than rounding
+/// may take away.
+const BOX_ROOM: f64 = 1.0 / 4096.0;
+
 /// Crossings from single precision are compared to those from double with so much room, of the size of the composite.
 pub(super) const PAD: f64 = 16.0 * f32::UNIT_ROUNDOFF;
 
@@ -43,7 +47,7 @@ pub struct Bracket<L = f32x16> {
 }
 
 /// A convex body in single precision, relative to a middle; of each pair the first is grown, the second shrunk.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub enum Body {
     /// Of a sphere centre and squares of the radius.
     Ball([f32; 3], [f32; 2]),
@@ -61,10 +65,9 @@ pub enum Body {
     HalfSpace([f32; 3], [f32; 2]),
     /// Convex, with or without an end.
     Quadric(ConvexQuadric),
-    /// Not known in single precision: its crossings must be asked for.
-    #[default]
-    Asked,
-    /// The same, and which rays come from inside, as it may have no end.
+    /// Not known in single precision, but for a box around it, by middle and half edges: its crossings must be asked for.
+    Asked([f32; 3], [f32; 3]),
+    /// The same without a box, and which rays come from inside, as it may have no end.
     AskedWhole,
 }
 
@@ -162,8 +165,8 @@ impl Bracket<f32x8> {
 }
 
 impl Body {
-    /// As rays see it that start within `size` of `middle`.
-    pub fn new(solid: &Solid, middle: DVec3, size: f64) -> Self {
+    /// As rays see it that start within `size` of `middle`; as far as that matters, it is within `bounds` (finite).
+    pub fn new(solid: &Solid, bounds: Aabb, middle: DVec3, size: f64) -> Self {
         // What it is grown by in its own space, if that is little beside `least`.
         let growth = |center: DVec3, scale: f64, least: f64| {
             let reach = (center - middle).abs().max_element() + size;
@@ -215,7 +218,10 @@ impl Body {
             }
             Solid::Endless => Some(Self::AskedWhole),
         };
-        grown.unwrap_or(Self::Asked)
+        grown.unwrap_or_else(|| {
+            let half = (bounds.max - bounds.min) * 0.5 + DVec3::splat(size * BOX_ROOM);
+            Self::Asked(single(bounds.center() - middle), single(half))
+        })
     }
 
     /// Says where it is along rays; false if its crossings must be asked for. (One function for all who want to know: the kinds come in any
@@ -262,9 +268,17 @@ impl Body {
                 Bracket::of_ends(ends)
             }
             Self::Quadric(quadric) => Bracket::of_ends(quadric.ends(rays)),
-            Self::Asked | Self::AskedWhole => return false,
+            Self::Asked(..) | Self::AskedWhole => return false,
         };
         true
+    }
+
+    /// Those of `lanes` that may meet what must be asked for its crossings between two distances.
+    #[inline(always)]
+    pub(super) fn may_meet(&self, rays: &Rays<f32x16>, [from, to]: [f32x16; 2], lanes: u16) -> u16 {
+        let Self::Asked(center, half) = self else { return lanes };
+        let [enter, leave] = slabs(Vec3::broadcast(*center) - rays.origin, rays.dir, &[*half; 2])(0);
+        lanes & most(enter, from).le(least(leave, to)).bits()
     }
 }
 
@@ -381,7 +395,7 @@ mod tests {
             push(&mut block, &mut numbers, &place);
             let solid = block.solid(0).expect("a body");
             let (middle, size) = (DVec3::splat(5.0), 2.0);
-            let body = Body::new(&solid, middle, size);
+            let body = Body::new(&solid, block.bounds(0), middle, size);
             let far = 10f64.powi(round % 4);
             let rays: Vec<(DVec3, DVec3)> = (0..LANES)
                 .map(|lane| {
@@ -437,6 +451,44 @@ mod tests {
             }
         }
         assert!(crossed > 100 && wide * 20 < crossed, "{wide} of {crossed} are wide");
+    }
+
+    #[test]
+    fn what_must_be_asked_is_met_where_its_box_is() {
+        let numbers = &mut Random::new(4);
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..300 {
+            let (middle, size) = (numbers.vector(9.0), 2.0);
+            let (corner, edges) = (middle + numbers.vector(0.8), numbers.vector(0.8).abs());
+            let bounds = Aabb { min: corner, max: corner + edges };
+            let body = Body::new(&Solid::Other, bounds, middle, size);
+            let lines: Vec<(DVec3, DVec3)> =
+                (0..2 * LANES).map(|_| (numbers.vector(0.8), numbers.vector(1.0).normalize())).collect();
+            let axes = |of: fn(&(DVec3, DVec3)) -> DVec3| {
+                let axis = |axis: usize| {
+                    f32x16::of(|k| f32x8::from_fn(|lane| of(&lines[k * LANES + lane])[axis] as f32))
+                };
+                Vec3::new(axis(0), axis(1), axis(2))
+            };
+            let rays = Rays { origin: axes(|line| line.0), dir: axes(|line| line.1) };
+            let mut bracket = Bracket::default();
+            assert!(!body.bracket(&rays, &mut bracket), "it is not known where it is");
+            let (from, to) = (numbers.between(-1.0, 0.0), numbers.between(0.0, 1.0));
+            let lanes = 0xf7ff;
+            let told = body.may_meet(&rays, [from, to].map(|t| f32x16::splat(t as f32)), lanes);
+            for (k, (origin, dir)) in lines.iter().enumerate() {
+                let is_in = |t: f64| {
+                    let place = middle + *origin + *dir * t;
+                    place.cmpge(bounds.min).all() && place.cmple(bounds.max).all()
+                };
+                let crossed = (0..=200).any(|s| is_in(from + (to - from) * f64::from(s) / 200.0));
+                let told = told >> k & 1 == 1;
+                assert!(told || !crossed || k == 11, "{k} of {bounds:?}");
+                met += u32::from(crossed);
+                missed += u32::from(!told);
+            }
+        }
+        assert!(met > 100 && missed > 2000, "{met} are met, {missed} are told not to be");
     }
 
     #[test]

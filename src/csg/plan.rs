@@ -236,15 +236,16 @@ impl CsgTree {
         for number in composite.parts.clone() {
             let part = &self.parts[number as usize];
             let solid = solid(part).filter(|_| part.solid)?;
-            let body = Body::new(&solid, middle, size);
-            capsules.push(Capsule::around(&solid, part.bounds.intersection(around), size));
+            let bounds = part.bounds.intersection(around);
+            let body = Body::new(&solid, bounds, middle, size);
+            capsules.push(Capsule::around(&solid, bounds, size));
             if !matches!(solid, Solid::HalfSpace { .. }) {
                 bounded = bounded | P::of(number - first);
             }
             let seen = self.when_seen(part, first);
             let ball = match body {
                 Body::Ball(..) => None,
-                _ => ball(part.bounds.intersection(around), middle, size),
+                _ => ball(bounds, middle, size),
             };
             own.by_part.push(Rule {
                 body,
@@ -269,7 +270,7 @@ impl CsgTree {
         }
         let rule = |number: u32| &own.by_part[(number - first) as usize];
         let dependent = parts(&|number| !rule(number).mates.is_empty());
-        let asked = parts(&|number| matches!(rule(number).body, Body::Asked | Body::AskedWhole));
+        let asked = parts(&|number| matches!(rule(number).body, Body::Asked(..) | Body::AskedWhole));
         let decision = Decision {
             middle,
             size: (size * (1.0 + BALL_ROOM)) as f32,

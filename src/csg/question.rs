@@ -321,8 +321,9 @@ impl CsgTree {
         let &Question { plan, rules, lines, .. } = question;
         let body = &rules.of(plan, part).body;
         if !body.bracket(&lines.rays, sketch.of_mut(part)) {
-            let (live, ends) = (window.live, [window.low, window.high]);
-            self.ask(part, question, sketch, (live, ends, matches!(body, Body::AskedWhole)));
+            let ends = [window.low, window.high];
+            let looking = body.may_meet(&lines.rays, ends, window.live);
+            self.ask(part, question, sketch, (looking, ends, matches!(body, Body::AskedWhole)));
         }
     }
 
