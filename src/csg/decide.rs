@@ -10,6 +10,7 @@ use super::plan::{Decision, RuleSet};
 use super::question::{Between, FootRays, Question, Window};
 use super::scratch::{PartRoots, Sketch};
 use super::single::least;
+use super::way_in::WayIn;
 use super::{Composite, CsgTree};
 use crate::lane::{LANES, Lane, Mask, Sixteen, choose, f32x8, f32x16, f64x8};
 
@@ -34,10 +35,36 @@ struct Nearest {
 }
 
 impl Nearest {
+    #[inline(always)]
+    fn none() -> Self {
+        let inf = f32x16::splat(f32::INFINITY);
+        Self { at: Between(inf, inf), which: f32x16::default(), doubtful: inf, blocked: 0 }
+    }
+
+    /// Where rays come in is seen.
+    #[inline(always)]
+    fn see(&mut self, way_in: &WayIn) {
+        let seen = Mask::from_bits(way_in.seen);
+        self.at.0 = seen.select(way_in.at.0, self.at.0);
+        self.at.1 = seen.select(way_in.at.1, self.at.1);
+        self.which = way_in.part;
+    }
+
     /// In `lanes` nothing beyond `from` is known to be the nearest.
     #[inline(always)]
     fn doubt_from(&mut self, from: f32x16, lanes: Mask<f32x16>) {
         self.doubtful = lanes.select(least(self.doubtful, from), self.doubtful);
+    }
+
+    /// `lanes` have met part `number`, and look no more.
+    #[inline(always)]
+    fn block(&mut self, lanes: u16, number: u32, window: &mut Window, best: &mut [Best; 2]) {
+        for (k, best) in best.iter_mut().enumerate() {
+            let surface = [best.first_part + number; LANES];
+            best.surface = choose(of_packet(lanes, k), &surface, &best.surface);
+        }
+        self.blocked |= lanes;
+        window.live &= !lanes;
     }
 
     /// Takes a crossing of `part` where it is `sure` to be a surface.
@@ -65,10 +92,10 @@ impl CsgTree {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), [best[0].t, best[1].t]);
         let question = Question::new(self, (composite, plan), (askers, &lines));
-        let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
+        if !self.bracket_required(&question, sketch, &mut window) {
             return Decided { changed: 0, doubt: window.doubt };
-        };
-        let nearest = self.nearest_bracketed(&question, (sketch, near, any), &mut window, best);
+        }
+        let nearest = self.nearest_near(&question, (sketch, any), &mut window, best);
         if window.live == 0 {
             return Decided { changed: nearest.blocked, doubt: window.doubt };
         }
@@ -105,20 +132,58 @@ impl CsgTree {
         self.decide(plan, looking, sketch, best)
     }
 
-    /// The nearest of what has been bracketed that is a surface. With `any`, lanes are blocked in `best` as soon as they have met one,
+    /// The nearest surface along rays that meet all required parts: where they come in, or what the other parts leave. With `any`, lanes are blocked in `best` as soon as they have met one,
     /// and look no more.
+    #[inline(always)]
+    fn nearest_near<P: PartSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        (sketch, any): (&mut Sketch, bool),
+        window: &mut Window,
+        best: &mut [Best; 2],
+    ) -> Nearest {
+        let &Question { first, plan, .. } = question;
+        let (mut nearest, mut open) = (Nearest::none(), window.live);
+        let (mut waiting, mut near) = (None, plan.required);
+        if let Some(carved) = &plan.carved {
+            let way_in = if carved.hull.is_empty() {
+                WayIn::into_all(question, (&self.bites, carved), sketch, window)
+            } else {
+                let others = self.others_near(question, open);
+                near = self.bracket_others(question, sketch, (window, open), (others & carved.hull, near));
+                waiting = Some(others & !carved.hull);
+                WayIn::into_any((question, near), (&self.bites, carved), sketch, window)
+            };
+            if any {
+                // (Whichever part it is.)
+                let part = (plan.required | carved.hull).each().next().unwrap_or(0);
+                let blocked = way_in.seen & way_in.at.1.lt(window.before_end).bits();
+                nearest.block(blocked, first + part, window, best);
+                open = window.live;
+            } else {
+                nearest.see(&way_in);
+                open = window.live & !way_in.seen;
+            }
+            if open == 0 {
+                return nearest;
+            }
+        }
+        let waiting = waiting.unwrap_or_else(|| self.others_near(question, open));
+        let near = self.bracket_others(question, sketch, (window, open), (waiting, near));
+        self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
+        nearest
+    }
+
+    /// What of the parts that have been bracketed is a surface, and nearer than what is known, along the rays of `open`.
     #[inline(always)]
     fn nearest_bracketed<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         (sketch, near, any): (&Sketch, P, bool),
-        window: &mut Window,
-        best: &mut [Best; 2],
-    ) -> Nearest {
+        (window, open): (&mut Window, u16),
+        (nearest, best): (&mut Nearest, &mut [Best; 2]),
+    ) {
         let &Question { first, plan, rules, .. } = question;
-        let inf = f32x16::splat(f32::INFINITY);
-        let mut nearest =
-            Nearest { at: Between(inf, inf), which: f32x16::default(), doubtful: inf, blocked: 0 };
         for part in (near & plan.seen).each() {
             let rule = rules.of(plan, part);
             if !rule.all.within.is_within(near) {
@@ -132,7 +197,7 @@ impl CsgTree {
             for k in 0..2 {
                 let (end, away) = (ends[k], away[k]);
                 let ahead = end.meets(window.low, least(window.high, nearest.at.1));
-                let wanted = met & ahead & Mask::from_bits(window.live & away);
+                let wanted = met & ahead & Mask::from_bits(window.live & open & away);
                 if wanted.none() {
                     continue;
                 }
@@ -143,22 +208,15 @@ impl CsgTree {
                 }
                 nearest.doubt_from(end.0, maybe & !sure);
                 if any {
-                    let blocked = sure.bits();
-                    for (k, best) in best.iter_mut().enumerate() {
-                        let surface = [best.first_part + first + part; LANES];
-                        best.surface = choose(of_packet(blocked, k), &surface, &best.surface);
-                    }
-                    nearest.blocked |= blocked;
-                    window.live &= !blocked;
+                    nearest.block(sure.bits(), first + part, window, best);
                     if window.live == 0 {
-                        return nearest;
+                        return;
                     }
                 } else {
                     nearest.take(end, part, sure);
                 }
             }
         }
-        nearest
     }
 
     /// As [`CsgTree::surfaces`], in the lanes where it can be told in single precision: those where it cannot.
@@ -173,9 +231,11 @@ impl CsgTree {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), t_max);
         let question = Question::new(self, (composite, plan), (askers, &lines));
-        let Some(near) = self.bracket_near(&question, sketch, &mut window) else {
+        if !self.bracket_required(&question, sketch, &mut window) {
             return window.doubt;
-        };
+        }
+        let waiting = self.others_near(&question, window.live);
+        let near = self.bracket_others(&question, sketch, (&window, window.live), (waiting, plan.required));
         sketch.surfaces.clear();
         for part in (near & plan.seen).each() {
             let rule = question.rules.of(plan, part);

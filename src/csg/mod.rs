@@ -13,9 +13,11 @@
 mod along;
 mod asker;
 mod best;
+mod bites;
 mod boxes;
 mod bracket;
 mod capsule;
+mod carved;
 mod cull;
 mod decide;
 mod long;
@@ -27,9 +29,11 @@ mod quadric;
 mod question;
 mod scratch;
 mod single;
+mod way_in;
 
 pub use asker::Asker;
 pub use best::Best;
+pub use bites::Bites;
 pub use boxes::BoxTree;
 pub use bracket::Body;
 pub use capsule::Capsules;

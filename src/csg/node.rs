@@ -1,7 +1,7 @@
 //! Composites as the walk along a ray needs them: flat lists instead of a tree of pointers.
 
 use super::parts::{Few, Many};
-use super::{BoundsBlock, BoxTree, Capsules, LongList, Plan, Rules, Side};
+use super::{Bites, BoundsBlock, BoxTree, Capsules, LongList, Plan, Rules, Side};
 use crate::kernel::Aabb;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
@@ -39,6 +39,8 @@ pub struct CsgTree {
     pub many: Rules<Many>,
     /// What [`Plan`] refers to: around parts, each composite beginning a block.
     pub capsules: Vec<Capsules>,
+    /// What [`Plan`] refers to: around parts that are cut out of others.
+    pub bites: Bites,
 }
 
 /// One composite.

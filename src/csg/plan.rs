@@ -2,6 +2,7 @@
 
 use super::bracket::{Body, PAD};
 use super::capsule::Capsule;
+use super::carved::Carved;
 use super::parts::{Few, Many, PartSet};
 use super::single::single;
 use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, slice};
@@ -67,6 +68,8 @@ pub struct Decision<P> {
     pub(super) seen: P,
     /// Around all parts, in eights: a stretch of [`CsgTree::capsules`]. None if parts other than required ones are few.
     pub(super) capsules: Range<u32>,
+    /// How it is carved, if it is.
+    pub(super) carved: Option<Carved<P>>,
     /// The rule of the first part.
     first_rule: u32,
 }
@@ -143,6 +146,13 @@ pub struct Rule<P> {
     conditions: Range<u32>,
     /// Of a half space: bounded parts that it only counts within. Where rays miss one of them it need not be looked at.
     pub(super) mates: P,
+}
+
+impl<P: Copy> Rule<P> {
+    /// Its own clause, if nothing else has a say.
+    pub(super) fn alone(&self) -> Option<Clause<P>> {
+        (self.clauses.is_empty() && self.conditions.is_empty()).then_some(self.all)
+    }
 }
 
 /// A node that places must be within, or outside of.
@@ -230,6 +240,7 @@ impl CsgTree {
         let mut own =
             Rules { by_part: Vec::with_capacity(count), clauses: Vec::new(), conditions: Vec::new() };
         let (mut capsules, mut bounded) = (Vec::with_capacity(count), P::default());
+        let mut bodies = Vec::with_capacity(count);
         let before = P::rules(self);
         let (first_clause, first_condition) = (before.clauses.len(), before.conditions.len());
         let first_rule = before.by_part.len() as u32;
@@ -239,6 +250,7 @@ impl CsgTree {
             let bounds = part.bounds.intersection(around);
             let body = Body::new(&solid, bounds, middle, size);
             capsules.push(Capsule::around(&solid, bounds, size));
+            bodies.push((solid, bounds));
             if !matches!(solid, Solid::HalfSpace { .. }) {
                 bounded = bounded | P::of(number - first);
             }
@@ -270,6 +282,8 @@ impl CsgTree {
         }
         let rule = |number: u32| &own.by_part[(number - first) as usize];
         let dependent = parts(&|number| !rule(number).mates.is_empty());
+        let seen = parts(&|number| self.parts[number as usize].seen);
+        let carved = self.carve(composite, (required, seen), (&bodies, &own.by_part), (middle, size));
         let asked = parts(&|number| matches!(rule(number).body, Body::Asked(..) | Body::AskedWhole));
         let decision = Decision {
             middle,
@@ -282,8 +296,9 @@ impl CsgTree {
             others,
             dependent: others & dependent,
             asked,
-            seen: parts(&|number| self.parts[number as usize].seen),
+            seen,
             capsules: first_block..self.capsules.len() as u32,
+            carved,
             first_rule,
         };
         let rules = P::rules_mut(self);

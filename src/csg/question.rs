@@ -31,6 +31,12 @@ impl FootRays {
         let shift = [shift.in_register(), other.2.in_register()];
         Self { rays, shift }
     }
+
+    /// Places relative to the middle, at these distances from the feet.
+    #[inline(always)]
+    pub(super) fn places(&self, at: f32x16) -> Vec3<f32x16> {
+        self.rays.dir.fused(at, self.rays.origin)
+    }
 }
 
 /// Eight rays from where they are nearest to a `middle`, relative to it, and how far that is from their starts.
@@ -105,7 +111,7 @@ pub(super) struct Question<'a, P, Q> {
     pub(super) plan: &'a Decision<P>,
     pub(super) rules: &'a Rules<P>,
     askers: [&'a Asker<'a, Q>; 2],
-    lines: &'a FootRays,
+    pub(super) lines: &'a FootRays,
     /// Rays start on some of its parts.
     starts: bool,
 }
@@ -186,15 +192,15 @@ impl Window {
         self.live != 0
     }
 
-    /// True if any ray looks at what a part lies between. (NaN comes last, and stays.)
+    /// True if any of these rays looks at what a part lies between. (NaN comes last, and stays.)
     #[inline(always)]
-    fn shows(&self, [enter, leave]: [f32x16; 2]) -> bool {
-        most(self.low, enter).le(least(self.high, leave)).bits() & self.live != 0
+    fn shows(&self, [enter, leave]: [f32x16; 2], lanes: u16) -> bool {
+        most(self.low, enter).le(least(self.high, leave)).bits() & lanes != 0
     }
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
+    pub(super) fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
     }
 
@@ -220,33 +226,24 @@ impl Window {
 }
 
 impl CsgTree {
-    /// Brackets what the rays of a window may meet: which parts that are; none if no ray looks any more.
-    #[inline(always)]
-    pub(super) fn bracket_near<P: PartSet>(
-        &self,
-        question: &Question<P, impl PartRoots>,
-        sketch: &mut Sketch,
-        window: &mut Window,
-    ) -> Option<P> {
-        sketch.crossings.clear();
-        sketch.asked.clear();
-        (window.live != 0 && self.bracket_required(question, sketch, window))
-            .then(|| question.plan.required | self.bracket_others(question, sketch, window))
-    }
-
     /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
     #[inline(always)]
-    fn bracket_required<P: PartSet>(
+    pub(super) fn bracket_required<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
         window: &mut Window,
     ) -> bool {
         let &Decision { required, asked, .. } = question.plan;
+        sketch.crossings.clear();
+        sketch.asked.clear();
+        if window.live == 0 {
+            return false;
+        }
         // What takes longest is left what the rest leaves.
         for these in [required & !asked, required & asked] {
             for part in these.each() {
-                self.bracket(part, question, sketch, window);
+                self.bracket(part, question, sketch, (window, window.live));
                 if !window.narrow(sketch.of(part).outer) {
                     return false;
                 }
@@ -261,40 +258,47 @@ impl CsgTree {
                 }
             }
         }
-        true
+        !question.starts || self.leave_bites(question, sketch, window)
     }
 
-    /// Brackets the other parts that rays may meet, and says which these are.
+    /// The parts, beside required ones, that the rays of `open` may meet, and some that are none.
     #[inline(always)]
-    fn bracket_others<P: PartSet>(
+    pub(super) fn others_near<P: PartSet>(&self, question: &Question<P, impl PartRoots>, open: u16) -> P {
+        let &Question { plan, lines, .. } = question;
+        if plan.capsules.is_empty() {
+            plan.others
+        } else {
+            plan.others & self.passed_close(plan, lines, open)
+        }
+    }
+
+    /// Brackets those of the `waiting` parts that the rays of `open` may meet, and adds them to those that are `near`.
+    #[inline(always)]
+    pub(super) fn bracket_others<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
-        window: &Window,
+        (window, open): (&Window, u16),
+        (waiting, mut near): (P, P),
     ) -> P {
         let &Question { plan, rules, lines, .. } = question;
-        let mut waiting = plan.others;
-        if !plan.capsules.is_empty() {
-            waiting = waiting & self.passed_close(plan, lines, window.live);
-        }
-        let mut near = P::default();
         for these in [waiting & !plan.dependent, waiting & plan.dependent] {
             for part in these.each() {
                 let rule = rules.of(plan, part);
-                if !rule.mates.is_within(near | plan.required) {
+                if !rule.mates.is_within(near) {
                     continue;
                 }
                 if let Some([x, y, z, square]) = rule.ball {
                     let toward = Vec3::<f32x16>::broadcast([x, y, z]) - lines.rays.origin;
                     let ahead = toward.fused_dot(lines.rays.dir);
                     let across = toward.fused_dot(toward) - ahead * ahead;
-                    if across.le(f32x16::splat(square)).bits() & window.live == 0 {
+                    if across.le(f32x16::splat(square)).bits() & open == 0 {
                         continue;
                     }
                 }
                 // (No branch on whether it is met, which is so as often as not, and told late.)
-                self.bracket(part, question, sketch, window);
-                near = near | P::of_if(part, window.shows(sketch.of(part).outer));
+                self.bracket(part, question, sketch, (window, open));
+                near = near | P::of_if(part, window.shows(sketch.of(part).outer, open));
             }
         }
         near
@@ -311,18 +315,18 @@ impl CsgTree {
 
     /// Brackets a part as far as rays look.
     #[inline(always)]
-    fn bracket<P: PartSet>(
+    pub(super) fn bracket<P: PartSet>(
         &self,
         part: u32,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
-        window: &Window,
+        (window, looking): (&Window, u16),
     ) {
         let &Question { plan, rules, lines, .. } = question;
         let body = &rules.of(plan, part).body;
         if !body.bracket(&lines.rays, sketch.of_mut(part)) {
             let ends = [window.low, window.high];
-            let looking = body.may_meet(&lines.rays, ends, window.live);
+            let looking = body.may_meet(&lines.rays, ends, looking);
             self.ask(part, question, sketch, (looking, ends, matches!(body, Body::AskedWhole)));
         }
     }

@@ -1,0 +1,185 @@
+//! What is cut out of a composite, as far as the places are concerned where rays come into it: those who come in beside all that is cut
+//! out see just that place, and nothing else of the composite need be looked at.
+//!
+//! Most rays that meet a composite do: a die is met between its dots, a wheel between its holes. Where a ray comes into the parts that
+//! hold all of the composite is known from their brackets; that is held against a ball, a box or a half space around each part cut
+//! out, with room for what a bracket leaves open.
+
+use super::single::{most, single};
+use crate::kernel::{Aabb, OwnSpace, Solid};
+use crate::lane::{Many, Mask, Sixteen, Vec3, f32x16};
+use glam::{DMat3, DVec3};
+use std::ops::Range;
+
+/// What is around a part is wider than the part by this share of the composite's size, or more.
+const ROOM: f64 = 1.0 / 512.0;
+
+/// Places may be known to this share of the composite's size: half of the room, the rest of which is for rounding.
+pub(super) const KNOWN_TO: f64 = ROOM * 0.5;
+
+/// Bites of all composites, by what is around them.
+#[derive(Debug, Clone, Default)]
+pub struct Bites {
+    /// Centres and squares of radii.
+    balls: Vec<[f32; 4]>,
+    boxes: Vec<UnitBox>,
+    /// Unit normals outward, and how far along them the planes are.
+    half_spaces: Vec<[f32; 4]>,
+}
+
+/// Where those of one composite stand among them. All are relative to the composite's middle.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bitten {
+    balls: Range<u32>,
+    boxes: Range<u32>,
+    half_spaces: Range<u32>,
+}
+
+/// What lies within 1 of the middle in each axis of an own space.
+#[derive(Debug, Clone, Copy)]
+struct UnitBox {
+    center: [f32; 3],
+    rows: [[f32; 3]; 3],
+}
+
+impl UnitBox {
+    /// What is within `half` of `center`, as `map` has it, or within `room` of that.
+    fn new(center: DVec3, map: DMat3, half: DVec3, room: f64) -> Self {
+        let row = |k: usize| single(map.row(k) / (half[k] + room * map.row(k).length()));
+        Self { center: single(center), rows: [0, 1, 2].map(row) }
+    }
+}
+
+impl Bites {
+    /// Adds parts, each given by what body it is and where it may be, of a composite of some `size` around `middle`.
+    pub(super) fn push<'a>(
+        &mut self,
+        parts: impl Iterator<Item = &'a (Solid, Aabb)>,
+        middle: DVec3,
+        size: f64,
+    ) -> Bitten {
+        let first = self.lengths();
+        let room = size * ROOM;
+        for (solid, bounds) in parts {
+            let own = |OwnSpace { center, map }: OwnSpace, from: DVec3, half: DVec3| {
+                UnitBox::new(center + map.inverse() * from - middle, map, half, room)
+            };
+            match *solid {
+                Solid::Ball { center, radius } => {
+                    let [x, y, z] = single(center - middle);
+                    self.balls.push([x, y, z, (radius + room).powi(2) as f32]);
+                }
+                Solid::HalfSpace { normal, foot } => {
+                    let [x, y, z] = single(normal);
+                    self.half_spaces.push([x, y, z, (normal.dot(foot - middle) + room) as f32]);
+                }
+                Solid::OrientedBox(space, half) => self.boxes.push(own(space, DVec3::ZERO, half)),
+                Solid::Ellipsoid(space) => self.boxes.push(own(space, DVec3::ZERO, DVec3::ONE)),
+                Solid::Cylinder(space) => {
+                    let half = DVec3::new(1.0, 1.0, 0.5);
+                    self.boxes.push(own(space, DVec3::Z * 0.5, half));
+                }
+                _ => {
+                    let (center, half) = (bounds.center() - middle, (bounds.max - bounds.min) * 0.5);
+                    self.boxes.push(UnitBox::new(center, DMat3::IDENTITY, half, room));
+                }
+            }
+        }
+        let last = self.lengths();
+        let [balls, boxes, half_spaces] = [0, 1, 2].map(|k| first[k]..last[k]);
+        Bitten { balls, boxes, half_spaces }
+    }
+
+    fn lengths(&self) -> [u32; 3] {
+        [self.balls.len(), self.boxes.len(), self.half_spaces.len()].map(|len| len as u32)
+    }
+
+    /// Lanes whose places, relative to the composite's middle, may be within a bite.
+    #[inline(always)]
+    pub(super) fn hold(&self, bitten: &Bitten, places: &Vec3<f32x16>) -> u16 {
+        let Bitten { balls, boxes, half_spaces } = bitten;
+        let (one, mut held) = (f32x16::constant(1.0), Mask::none_set());
+        for &[x, y, z, square] in super::slice(&self.balls, balls) {
+            let toward = *places - Vec3::broadcast([x, y, z]);
+            held |= toward.fused_dot(toward).le(f32x16::splat(square));
+        }
+        for UnitBox { center, rows } in super::slice(&self.boxes, boxes) {
+            let own = (*places - Vec3::broadcast(*center)).fused_under(&rows.map(Vec3::broadcast));
+            let Vec3 { x, y, z } = own.map(f32x16::abs);
+            held |= most(most(x, y), z).le(one);
+        }
+        for &[x, y, z, at] in super::slice(&self.half_spaces, half_spaces) {
+            held |= Vec3::broadcast([x, y, z]).fused_dot(*places).le(f32x16::splat(at));
+        }
+        held.bits()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::{LANES, Lane, Scalar, f32x8};
+    use crate::random::Random;
+
+    /// A body, where it may be, and whether a place is inside.
+    fn body(random: &mut Random, kind: usize) -> ((Solid, Aabb), impl Fn(DVec3) -> bool + use<>) {
+        let axes = DMat3::from_cols(random.vector(1.0), random.vector(1.0), random.vector(1.0));
+        let (center, half) = (random.vector(0.8), DVec3::new(0.4, 0.1, 0.2));
+        let normal = random.vector(1.0).normalize();
+        let space = OwnSpace { center, map: (axes * 0.4).inverse() };
+        let solid = match kind {
+            0 => Solid::Ball { center, radius: 0.2 },
+            1 => Solid::HalfSpace { normal, foot: center },
+            2 => Solid::OrientedBox(space, half),
+            3 => Solid::Cylinder(space),
+            4 => Solid::Ellipsoid(space),
+            _ => Solid::Other,
+        };
+        let inside = move |p: DVec3| {
+            let own = space.map * (p - center);
+            match kind {
+                0 => p.distance(center) <= 0.2,
+                1 => normal.dot(p - center) <= 0.0,
+                2 => own.abs().cmple(half).all(),
+                3 => own.truncate().length() <= 1.0 && (0.0..=1.0).contains(&own.z),
+                4 => own.length() <= 1.0,
+                _ => (p - center).abs().cmple(half).all(),
+            }
+        };
+        ((solid, Aabb { min: center - half, max: center + half }), inside)
+    }
+
+    #[test]
+    fn what_is_inside_is_held_and_little_else() {
+        let (random, size) = (&mut Random::new(1), 1.5);
+        let shift = |random: &mut Random| random.vector(1.0).normalize() * (size * KNOWN_TO);
+        let (mut held, mut beside) = (0, 0);
+        for round in 0..600 {
+            let ((solid, bounds), inside) = body(random, round % 6);
+            let middle = random.vector(5.0);
+            let moved = |p: DVec3| p - middle;
+            let mut bites = Bites::default();
+            // (Behind others.)
+            bites.push(
+                [&body(random, 0).0, &body(random, 3).0, &body(random, 1).0].into_iter(),
+                middle,
+                size,
+            );
+            let bitten = bites.push([&(solid, bounds)].into_iter(), middle, size);
+            let places: Vec<DVec3> = (0..2 * LANES).map(|_| random.vector(1.0)).collect();
+            // As far off as brackets may leave it open.
+            let known: Vec<DVec3> = places.iter().map(|&p| moved(p + shift(random))).collect();
+            let axis = |axis: usize| {
+                f32x16::of(|k| f32x8::from_fn(|lane| f32::from_f64(known[k * LANES + lane][axis])))
+            };
+            let bits = bites.hold(&bitten, &Vec3::new(axis(0), axis(1), axis(2)));
+            for (k, &place) in places.iter().enumerate() {
+                let is_held = bits >> k & 1 == 1;
+                assert!(is_held || !inside(place), "{round}: {place} is inside of {solid:?}");
+                held += u32::from(inside(place));
+                beside += u32::from(is_held && !inside(place));
+            }
+        }
+        assert!(held > 500 && beside < held, "{held} inside, {beside} held beside");
+    }
+}

@@ -1,0 +1,70 @@
+//! Composites that are carved out of a whole: which parts hold all of them, and which are bitten off.
+
+use super::bites::{Bitten, KNOWN_TO};
+use super::parts::PartSet;
+use super::plan::{Clause, Rule};
+use super::{Composite, CsgNode, CsgTree, NodeKind, Part, slice};
+use crate::kernel::{Aabb, Solid};
+use glam::DVec3;
+
+/// More bites than this are not held against places.
+const MOST_BITES: u32 = 24;
+
+/// How a composite is carved: where rays come into all of its required parts, or into the first of its hull where none are required, but
+/// not into a bite, they see a surface, and nothing is before it.
+#[derive(Debug, Clone)]
+pub(super) struct Carved<P> {
+    /// Parts that it lies within some of; none where it has required ones.
+    pub(super) hull: P,
+    /// Parts that nothing of it lies within.
+    pub(super) bites: P,
+    /// What is around them.
+    pub(super) bitten: Bitten,
+    /// Where rays come in must be known to this.
+    pub(super) known_to: f32,
+}
+
+impl CsgTree {
+    /// How a composite of some `size` around `middle` is carved, if it is; of its parts, some of which are `required` and some can be `seen`,
+    /// it is known what bodies they are and when their crossings are surfaces.
+    pub(super) fn carve<P: PartSet>(
+        &mut self,
+        composite: &Composite,
+        (required, seen): (P, P),
+        (bodies, rules): (&[(Solid, Aabb)], &[Rule<P>]),
+        (middle, size): (DVec3, f64),
+    ) -> Option<Carved<P>> {
+        let hull = if required.is_empty() { self.hull(composite)? } else { P::default() };
+        let whole = required | hull;
+        if !whole.is_within(seen) {
+            return None;
+        }
+        let bites = whole.each().try_fold(P::default(), |bites, part| {
+            let Clause { within, without } = rules[part as usize].alone()?;
+            within.is_within(required).then_some(bites | without & !hull)
+        })?;
+        if bites.count() > MOST_BITES {
+            return None;
+        }
+        let bitten = self.bites.push(bites.each().map(|part| &bodies[part as usize]), middle, size);
+        Some(Carved { hull, bites, bitten, known_to: (size * KNOWN_TO) as f32 })
+    }
+
+    /// The parts of the one union that a composite lies within, if that is of parts only.
+    fn hull<P: PartSet>(&self, composite: &Composite) -> Option<P> {
+        let needed = slice(&self.needed, &composite.needed).iter().map(|&node| &self.nodes[node as usize]);
+        let mut unions = needed.filter(|node| !node.inverted);
+        let (Some(CsgNode { kind: NodeKind::Any(list) | NodeKind::Merged(list), .. }), None) =
+            (unions.next(), unions.next())
+        else {
+            return None;
+        };
+        self.list(list).iter().try_fold(P::default(), |hull, &node| match self.nodes[node as usize] {
+            CsgNode { kind: NodeKind::Part(number), inverted: false, .. } => {
+                let Part { closed, whole_skin, .. } = self.parts[number as usize];
+                (closed && whole_skin).then(|| hull | P::of(number - composite.parts.start))
+            }
+            _ => None,
+        })
+    }
+}

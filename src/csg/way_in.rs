@@ -1,0 +1,127 @@
+//! Where rays come into a composite, and where they leave it by what is cut out.
+
+use super::carved::Carved;
+use super::parts::PartSet;
+use super::plan::Decision;
+use super::question::{Between, Question, Window};
+use super::scratch::{PartRoots, Sketch};
+use super::single::{least, most};
+use super::{Bites, CsgTree};
+use crate::lane::{Mask, Sixteen, f32x16};
+
+/// Where rays come into the parts that hold all of a composite.
+pub(super) struct WayIn {
+    /// Where that is,
+    pub(super) at: Between,
+    /// and by which part.
+    pub(super) part: f32x16,
+    /// Lanes in which it is surely a surface, and nothing is before it.
+    pub(super) seen: u16,
+}
+
+impl WayIn {
+    /// Of a composite that lies within every one of some parts.
+    #[inline(always)]
+    pub(super) fn into_all<P: PartSet>(
+        question: &Question<P, impl PartRoots>,
+        carved: (&Bites, &Carved<P>),
+        sketch: &Sketch,
+        window: &Window,
+    ) -> Self {
+        let inf = f32x16::splat(f32::INFINITY);
+        let (mut early, mut late, mut out) = (-inf, -inf, inf);
+        let (mut part, mut sharp, mut next) = (f32x16::default(), Mask::all_set(), -inf);
+        for number in question.plan.required.each() {
+            let bracket = sketch.of(number);
+            let ([a, _], [b, c]) = (bracket.outer, bracket.inner);
+            sharp &= bracket.is_sharp();
+            // The latest way in, and the latest of the others.
+            let later = early.lt(a);
+            next = most(later.select(late, b), next);
+            part = later.select(f32x16::splat(number as f32), part);
+            (early, late) = (later.select(a, early), later.select(b, late));
+            out = least(c, out);
+        }
+        let known = sharp & next.lt(early) & late.lt(out) & window.own.1.lt(early);
+        Self::new(question, carved, (Between(early, late), part), known.bits() & window.live)
+    }
+
+    /// Of a composite that lies within some of a few parts, those of which that are `near` are known. Rays that come into none of them
+    /// look no more.
+    #[inline(always)]
+    pub(super) fn into_any<P: PartSet>(
+        (question, near): (&Question<P, impl PartRoots>, P),
+        carved: (&Bites, &Carved<P>),
+        sketch: &Sketch,
+        window: &mut Window,
+    ) -> Self {
+        let inf = f32x16::splat(f32::INFINITY);
+        let (mut early, mut late, mut next, mut part) = (inf, inf, inf, f32x16::default());
+        let (mut sharp, mut starts_within) = (Mask::none_set(), Mask::none_set());
+        for number in near.each() {
+            let bracket = sketch.of(number);
+            let ([a, d], [b, _]) = (bracket.outer, bracket.inner);
+            let mut met = bracket.is_met() & window.own.0.le(d);
+            let on = question.on(number);
+            if on != 0 {
+                // Whoever leaves it here does not come back to it.
+                let [enters, leaves] = window.own_ends(bracket.ends());
+                met &= Mask::from_bits(!(on & leaves & !enters));
+            }
+            let ahead = met & window.own.1.lt(a);
+            starts_within |= met & !ahead;
+            // The first way in, and the first of the others.
+            let sooner = ahead & a.lt(early);
+            next = (ahead & !sooner).select(least(a, next), sooner.select(early, next));
+            part = sooner.select(f32x16::splat(number as f32), part);
+            sharp = (sooner & bracket.is_sharp()) | (sharp & !sooner);
+            (early, late) = (sooner.select(a, early), sooner.select(b, late));
+        }
+        let within = starts_within.bits();
+        window.live &= within | early.le(window.high).bits();
+        let known = (sharp & late.lt(next)).bits() & !within;
+        Self::new(question, carved, (Between(early, late), part), known & window.live)
+    }
+
+    /// In the lanes where it is `known` which part is come into there, it is a surface unless that has been bitten off.
+    #[inline(always)]
+    fn new<P: PartSet>(
+        question: &Question<P, impl PartRoots>,
+        (bites, carved): (&Bites, &Carved<P>),
+        (at, part): (Between, f32x16),
+        known: u16,
+    ) -> Self {
+        let known = known & (at.1 - at.0).le(f32x16::splat(carved.known_to)).bits();
+        let held = if known == 0 { 0 } else { bites.hold(&carved.bitten, &question.lines.places(at.0)) };
+        Self { at, part, seen: known & !held }
+    }
+}
+
+impl CsgTree {
+    /// Rays that start on a bite and leave all that holds the composite while they are within that bite look no more: whether others do.
+    #[inline(always)]
+    pub(super) fn leave_bites<P: PartSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        sketch: &mut Sketch,
+        window: &mut Window,
+    ) -> bool {
+        let &Decision { required, asked, ref carved, .. } = question.plan;
+        let bites = carved.as_ref().map_or(P::default(), |carved| carved.bites & !asked);
+        for part in bites.each() {
+            let on = question.on(part) & window.live;
+            if on == 0 {
+                continue;
+            }
+            self.bracket(part, question, sketch, (window, on));
+            let ends = required.each().map(|part| sketch.of(part).outer[1]);
+            let out = ends.fold(f32x16::splat(f32::INFINITY), |out, end| least(end, out));
+            // (Bites are convex, as all bodies that are not asked are.)
+            window.live &= !(on & out.le(sketch.of(part).inner[1]).bits());
+            if window.live == 0 {
+                return false;
+            }
+        }
+        true
+    }
+}
