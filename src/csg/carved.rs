@@ -2,7 +2,7 @@
 
 use super::bites::{Bitten, KNOWN_TO};
 use super::parts::PartSet;
-use super::plan::{Clause, Rule};
+use super::rule::{Clause, Rule};
 use super::{Composite, CsgNode, CsgTree, NodeKind, Part, slice};
 use crate::kernel::{Aabb, Solid};
 use glam::DVec3;

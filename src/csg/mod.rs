@@ -27,6 +27,7 @@ mod parts;
 mod plan;
 mod quadric;
 mod question;
+mod rule;
 mod scratch;
 mod single;
 mod way_in;

@@ -2,13 +2,14 @@
 //! their crossings are surfaces.
 //!
 //! Every part that rays may meet is bracketed ([`Bracket`]), and every crossing held against the parts that have a say in it
-//! ([`super::plan::Clause`]).
+//! ([`super::rule::Clause`]).
 
 use super::asker::{Asker, by_packets, of_packet};
 use super::bracket::{Body, Bracket};
 use super::capsule::Beam;
 use super::parts::PartSet;
-use super::plan::{Decision, MOST_PARTS, Rule, RuleSet, Rules};
+use super::plan::{Decision, MOST_PARTS, RuleSet, Rules};
+use super::rule::Rule;
 use super::scratch::{PartRoots, Sketch};
 use super::single::{least, most};
 use super::{Composite, CsgTree, NodeKind, Side, slice};
