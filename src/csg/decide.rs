@@ -35,13 +35,14 @@ struct Nearest {
 }
 
 impl Nearest {
+    /// Nothing is known yet.
     #[inline(always)]
     fn none() -> Self {
         let inf = f32x16::splat(f32::INFINITY);
         Self { at: Between(inf, inf), which: f32x16::default(), doubtful: inf, blocked: 0 }
     }
 
-    /// Where rays come in is seen.
+    /// Takes where rays come in, in lanes that have taken nothing.
     #[inline(always)]
     fn see(&mut self, way_in: &WayIn) {
         let seen = Mask::from_bits(way_in.seen);
@@ -95,7 +96,7 @@ impl CsgTree {
         if !self.bracket_required(&question, sketch, &mut window) {
             return Decided { changed: 0, doubt: window.doubt };
         }
-        let nearest = self.nearest_near(&question, (sketch, any), &mut window, best);
+        let nearest = self.nearest_surface(&question, (sketch, any), &mut window, best);
         if window.live == 0 {
             return Decided { changed: nearest.blocked, doubt: window.doubt };
         }
@@ -132,10 +133,10 @@ impl CsgTree {
         self.decide(plan, looking, sketch, best)
     }
 
-    /// The nearest surface along rays that meet all required parts: where they come in, or what the other parts leave. With `any`, lanes are blocked in `best` as soon as they have met one,
-    /// and look no more.
+    /// The nearest surface along rays that meet all required parts: where they come in, or what the other parts leave. With `any`, lanes
+    /// are blocked in `best` as soon as they have met one, and look no more.
     #[inline(always)]
-    fn nearest_near<P: PartSet>(
+    fn nearest_surface<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         (sketch, any): (&mut Sketch, bool),
