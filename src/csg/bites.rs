@@ -5,6 +5,7 @@
 //! hold all of the composite is known from their brackets; that is held against a ball, a box or a half space around each part cut
 //! out, with room for what a bracket leaves open.
 
+use super::bracket::Map;
 use super::single::{most, single};
 use crate::kernel::{Aabb, OwnSpace, Solid};
 use crate::lane::{Many, Mask, Sixteen, Vec3, f32x16};
@@ -26,7 +27,8 @@ const FARTHEST_MIDDLE: f64 = 1024.0;
 pub struct Bites {
     /// Centres and squares of radii.
     balls: Vec<[f32; 4]>,
-    boxes: Vec<UnitBox>,
+    /// The spaces in which they go to 1 either way in each axis.
+    boxes: Vec<Map>,
     /// Unit normals outward, and how far along them the planes are.
     half_spaces: Vec<[f32; 4]>,
 }
@@ -39,19 +41,10 @@ pub(super) struct Bitten {
     half_spaces: Range<u32>,
 }
 
-/// What lies within 1 of the middle in each axis of an own space.
-#[derive(Debug, Clone, Copy)]
-struct UnitBox {
-    center: [f32; 3],
-    rows: [[f32; 3]; 3],
-}
-
-impl UnitBox {
-    /// What is within `half` of `center`, as `map` has it, or within `room` of that.
-    fn new(center: DVec3, map: DMat3, half: DVec3, room: f64) -> Self {
-        let row = |k: usize| single(map.row(k) / (half[k] + room * map.row(k).length()));
-        Self { center: single(center), rows: [0, 1, 2].map(row) }
-    }
+/// The space in which what is within `half` of `center`, as `map` has it, or within `room` of that, is within 1 in each axis.
+fn unit_space(center: DVec3, map: DMat3, half: DVec3, room: f64) -> Map {
+    let row = |k: usize| single(map.row(k) / (half[k] + room * map.row(k).length()));
+    Map { center: single(center), rows: [0, 1, 2].map(row) }
 }
 
 impl Bites {
@@ -88,7 +81,7 @@ impl Bites {
                 _ => {
                     let around = (bounds.center() - middle, DMat3::IDENTITY, (bounds.max - bounds.min) * 0.5);
                     let (center, map, half) = boxed.filter(|boxed| is_near(boxed.0)).unwrap_or(around);
-                    self.boxes.push(UnitBox::new(center, map, half, room));
+                    self.boxes.push(unit_space(center, map, half, room));
                 }
             }
         }
@@ -110,9 +103,8 @@ impl Bites {
             let toward = *places - Vec3::broadcast([x, y, z]);
             held |= toward.fused_dot(toward).le(f32x16::splat(square));
         }
-        for UnitBox { center, rows } in super::slice(&self.boxes, boxes) {
-            let own = (*places - Vec3::broadcast(*center)).fused_under(&rows.map(Vec3::broadcast));
-            let Vec3 { x, y, z } = own.map(f32x16::abs);
+        for space in super::slice(&self.boxes, boxes) {
+            let Vec3 { x, y, z } = space.places(*places).map(f32x16::abs);
             held |= most(most(x, y), z).le(one);
         }
         for &[x, y, z, at] in super::slice(&self.half_spaces, half_spaces) {

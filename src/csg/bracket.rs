@@ -74,8 +74,8 @@ pub enum Body {
 /// The way to a body's own space.
 #[derive(Debug, Clone, Copy)]
 pub struct Map {
-    center: [f32; 3],
-    rows: [[f32; 3]; 3],
+    pub(super) center: [f32; 3],
+    pub(super) rows: [[f32; 3]; 3],
 }
 
 impl Map {
@@ -86,8 +86,12 @@ impl Map {
     #[inline(always)]
     fn rays(&self, rays: &Rays<f32x16>) -> Rays<f32x16> {
         let rows = self.rows.map(Vec3::broadcast);
-        let origin = rays.origin - Vec3::broadcast(self.center);
-        Rays { origin: origin.fused_under(&rows), dir: rays.dir.fused_under(&rows) }
+        Rays { origin: self.places(rays.origin), dir: rays.dir.fused_under(&rows) }
+    }
+
+    #[inline(always)]
+    pub(super) fn places(&self, places: Vec3<f32x16>) -> Vec3<f32x16> {
+        (places - Vec3::broadcast(self.center)).fused_under(&self.rows.map(Vec3::broadcast))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Composites that are carved out of a whole: which parts hold all of them, and which are bitten off.
 
-use super::bites::{Bitten, KNOWN_TO};
+use super::bites::Bitten;
 use super::parts::PartSet;
 use super::rule::{Clause, Rule};
 use super::{Composite, CsgNode, CsgTree, NodeKind, Part, slice};
@@ -20,8 +20,6 @@ pub(super) struct Carved<P> {
     pub(super) bites: P,
     /// What is around them.
     pub(super) bitten: Bitten,
-    /// Where rays come in must be known to this.
-    pub(super) known_to: f32,
 }
 
 impl CsgTree {
@@ -47,7 +45,7 @@ impl CsgTree {
             return None;
         }
         let bitten = self.bites.push(bites.each().map(|part| &bodies[part as usize]), middle, size);
-        Some(Carved { hull, bites, bitten, known_to: (size * KNOWN_TO) as f32 })
+        Some(Carved { hull, bites, bitten })
     }
 
     /// The parts of the one union that a composite lies within, if that is of parts only.

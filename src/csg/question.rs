@@ -201,8 +201,18 @@ impl Window {
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    pub(super) fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
+    fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
+    }
+
+    /// Rays of `on`, which start on a part, that leave it there: they do not come back to it.
+    #[inline(always)]
+    pub(super) fn left_behind(&self, part: &Bracket, on: u16) -> u16 {
+        if on == 0 {
+            return 0;
+        }
+        let [enters, leaves] = self.own_ends(part.ends());
+        on & leaves & !enters
     }
 
     /// The crossing where rays of `on` start, one of the two `ends` of a part, is none, if it is clear which that is: by end, lanes for
@@ -248,18 +258,14 @@ impl CsgTree {
                 if !window.narrow(sketch.of(part).outer) {
                     return false;
                 }
-                let on = question.on(part) & window.live;
-                if on != 0 {
-                    // Whoever leaves it here has left the whole.
-                    let [enters, leaves] = window.own_ends(sketch.of(part).ends());
-                    window.live &= !(on & leaves & !enters);
-                    if window.live == 0 {
-                        return false;
-                    }
+                // Whoever leaves it here has left the whole.
+                window.live &= !window.left_behind(sketch.of(part), question.on(part) & window.live);
+                if window.live == 0 {
+                    return false;
                 }
             }
         }
-        !question.starts || self.leave_bites(question, sketch, window)
+        !question.starts || required.is_empty() || self.leave_bites(question, sketch, window)
     }
 
     /// The parts, beside required ones, that the rays of `open` may meet, and some that are none.

@@ -1,5 +1,6 @@
 //! Where rays come into a composite, and where they leave it by what is cut out.
 
+use super::bites::KNOWN_TO;
 use super::carved::Carved;
 use super::parts::PartSet;
 use super::plan::Decision;
@@ -61,13 +62,8 @@ impl WayIn {
         for number in near.each() {
             let bracket = sketch.of(number);
             let ([a, d], [b, _]) = (bracket.outer, bracket.inner);
-            let mut met = bracket.is_met() & window.own.0.le(d);
-            let on = question.on(number);
-            if on != 0 {
-                // Whoever leaves it here does not come back to it.
-                let [enters, leaves] = window.own_ends(bracket.ends());
-                met &= Mask::from_bits(!(on & leaves & !enters));
-            }
+            let left = window.left_behind(bracket, question.on(number));
+            let met = bracket.is_met() & window.own.0.le(d) & Mask::from_bits(!left);
             let ahead = met & window.own.1.lt(a);
             starts_within |= met & !ahead;
             // The first way in, and the first of the others.
@@ -91,14 +87,15 @@ impl WayIn {
         (at, part): (Between, f32x16),
         known: u16,
     ) -> Self {
-        let known = known & (at.1 - at.0).le(f32x16::splat(carved.known_to)).bits();
+        let known_to = f32x16::splat(question.plan.size * KNOWN_TO as f32);
+        let known = known & (at.1 - at.0).le(known_to).bits();
         let held = if known == 0 { 0 } else { bites.hold(&carved.bitten, &question.lines.places(at.0)) };
         Self { at, part, seen: known & !held }
     }
 }
 
 impl CsgTree {
-    /// Rays that start on a bite and leave all that holds the composite while they are within that bite look no more: whether others do.
+    /// Rays that start on a bite and leave the required parts while they are within that bite look no more: whether others do.
     #[inline(always)]
     pub(super) fn leave_bites<P: PartSet>(
         &self,

@@ -57,8 +57,8 @@ fn one<S: Scalar, B: Scalar, const ANY: bool>(
     ];
     let (looking, lines) = ((askers, lanes), (&mut **stretches, [a, b]));
     let changed = scene.csg.nearest(composite, looking, lines, (ANY, filter), scratch, &mut both);
-    take::<S::Lane, ANY>(&mut queries[a], changed[0], &both[0].t, &both[0].surface);
-    take::<S::Lane, ANY>(&mut queries[b], changed[1], &both[1].t, &both[1].surface);
+    take::<S::Lane, ANY>(&mut queries[a], changed[0], &both[0]);
+    take::<S::Lane, ANY>(&mut queries[b], changed[1], &both[1]);
     changed
 }
 
@@ -91,16 +91,11 @@ fn asker<'a, S: Scalar, B: Scalar>(
 
 /// Lanes that have `changed` have found something.
 #[inline(always)]
-fn take<L: Lane, const ANY: bool>(
-    query: &mut Query<L>,
-    changed: u8,
-    t: &f64x8,
-    surface: &[SurfaceId; LANES],
-) {
+fn take<L: Lane, const ANY: bool>(query: &mut Query<L>, changed: u8, best: &Best) {
     if changed != 0 {
-        query.surface = *surface;
+        query.surface = best.surface;
         if !ANY {
-            query.t = Mask::from_bits(changed).select(L::from_f64s(*t), query.t);
+            query.t = Mask::from_bits(changed).select(L::from_f64s(best.t), query.t);
         }
     }
 }
