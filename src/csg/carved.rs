@@ -2,7 +2,7 @@
 
 use super::bites::Bitten;
 use super::parts::PartSet;
-use super::rule::{Clause, Rule};
+use super::rule::{Clause, WhenSeen};
 use super::{Composite, CsgNode, CsgTree, NodeKind, Part, slice};
 use crate::kernel::{Aabb, Solid};
 use glam::DVec3;
@@ -20,6 +20,8 @@ pub(super) struct Carved<P> {
     pub(super) bites: P,
     /// What is around them.
     pub(super) bitten: Bitten,
+    /// Where rays leave a bite, in the whole and in no other bite, they see a surface.
+    pub(super) shows_bites: bool,
 }
 
 impl CsgTree {
@@ -29,7 +31,7 @@ impl CsgTree {
         &mut self,
         composite: &Composite,
         (required, seen): (P, P),
-        (bodies, rules): (&[(Solid, Aabb)], &[Rule<P>]),
+        (bodies, when_seen): (&[(Solid, Aabb)], &[WhenSeen<P>]),
         (middle, size): (DVec3, f64),
     ) -> Option<Carved<P>> {
         let hull = if required.is_empty() { self.hull(composite)? } else { P::default() };
@@ -38,14 +40,22 @@ impl CsgTree {
             return None;
         }
         let bites = whole.each().try_fold(P::default(), |bites, part| {
-            let Clause { within, without } = rules[part as usize].alone()?;
+            let Clause { within, without } = when_seen[part as usize].alone()?;
             within.is_within(required).then_some(bites | without & !hull)
         })?;
         if bites.count() > MOST_BITES {
             return None;
         }
+        let within_hull = Clause { within: hull, without: P::default() };
+        let shows = |part: u32| {
+            let WhenSeen { all, clauses, conditions } = &when_seen[part as usize];
+            *all == Clause { within: required, without: bites & !P::of(part) }
+                && clauses.iter().eq((!hull.is_empty()).then_some(&within_hull))
+                && conditions.is_empty()
+        };
+        let shows_bites = bites.is_within(seen) && bites.each().all(shows);
         let bitten = self.bites.push(bites.each().map(|part| &bodies[part as usize]), middle, size);
-        Some(Carved { hull, bites, bitten })
+        Some(Carved { hull, bites, bitten, shows_bites })
     }
 
     /// The parts of the one union that a composite lies within, if that is of parts only.

@@ -42,13 +42,23 @@ impl Nearest {
         Self { at: Between(inf, inf), which: f32x16::default(), doubtful: inf, blocked: 0 }
     }
 
-    /// Takes where rays come in, in lanes that have taken nothing.
+    /// Takes what is seen where rays come in, and with `any` blocks them by it, whichever part it is: those of `open` that still look.
     #[inline(always)]
-    fn see(&mut self, way_in: &WayIn) {
+    fn see(
+        &mut self,
+        way_in: &WayIn,
+        (any, number, open): (bool, u32, u16),
+        window: &mut Window,
+        best: &mut [Best; 2],
+    ) -> u16 {
+        if any {
+            self.block(way_in.seen & way_in.at.1.lt(window.before_end).bits(), number, window, best);
+            return open & window.live;
+        }
         let seen = Mask::from_bits(way_in.seen);
-        self.at.0 = seen.select(way_in.at.0, self.at.0);
-        self.at.1 = seen.select(way_in.at.1, self.at.1);
-        self.which = way_in.part;
+        self.at = Between::choose(seen, way_in.at, self.at);
+        self.which = seen.select(way_in.part, self.which);
+        open & window.live & !way_in.seen
     }
 
     /// In `lanes` nothing beyond `from` is known to be the nearest.
@@ -74,8 +84,7 @@ impl Nearest {
         let closer = sure & end.1.lt(self.at.0);
         let level = sure & !closer & end.0.le(self.at.1);
         self.doubt_from(least(end.0, self.at.0), level);
-        self.at.0 = closer.select(end.0, self.at.0);
-        self.at.1 = closer.select(end.1, self.at.1);
+        self.at = Between::choose(closer, end, self.at);
         self.which = closer.select(f32x16::splat(part as f32), self.which);
     }
 }
@@ -144,34 +153,37 @@ impl CsgTree {
         best: &mut [Best; 2],
     ) -> Nearest {
         let &Question { first, plan, .. } = question;
-        let (mut nearest, mut open) = (Nearest::none(), window.live);
+        let (mut nearest, open) = (Nearest::none(), window.live);
+        let Some(carved) = &plan.carved else {
+            let others = self.others_near(question, open);
+            let near = self.bracket_others(question, sketch, (window, open), (others, plan.required));
+            self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
+            return nearest;
+        };
         let (mut waiting, mut near) = (None, plan.required);
-        if let Some(carved) = &plan.carved {
-            let way_in = if carved.hull.is_empty() {
-                WayIn::into_all(question, (&self.bites, carved), sketch, window)
-            } else {
-                let others = self.others_near(question, open);
-                near = self.bracket_others(question, sketch, (window, open), (others & carved.hull, near));
-                waiting = Some(others & !carved.hull);
-                WayIn::into_any((question, near), (&self.bites, carved), sketch, window)
-            };
-            if any {
-                // (Whichever part it is.)
-                let part = (plan.required | carved.hull).each().next().unwrap_or(0);
-                let blocked = way_in.seen & way_in.at.1.lt(window.before_end).bits();
-                nearest.block(blocked, first + part, window, best);
-                open = window.live;
-            } else {
-                nearest.see(&way_in);
-                open = window.live & !way_in.seen;
-            }
-            if open == 0 {
-                return nearest;
-            }
+        let way_in = if carved.hull.is_empty() {
+            WayIn::into_all(question, (&self.bites, carved), sketch, window)
+        } else {
+            let others = self.others_near(question, open);
+            near = self.bracket_others(question, sketch, (window, open), (others & carved.hull, near));
+            waiting = Some(others & !carved.hull);
+            WayIn::into_any((question, near), (&self.bites, carved), sketch, window)
+        };
+        let first_part = first + (plan.required | carved.hull).each().next().unwrap_or(0);
+        let open = nearest.see(&way_in, (any, first_part, open), window, best);
+        if open == 0 {
+            return nearest;
         }
         let waiting = waiting.unwrap_or_else(|| self.others_near(question, open));
         let near = self.bracket_others(question, sketch, (window, open), (waiting, near));
-        self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
+        let mut open = open;
+        if carved.shows_bites {
+            let way_in = way_in.behind_bites(question, (carved, near), sketch, (window, open));
+            open = nearest.see(&way_in, (any, first_part, open), window, best);
+        }
+        if open != 0 {
+            self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
+        }
         nearest
     }
 

@@ -4,7 +4,7 @@ use super::bracket::{Body, PAD};
 use super::capsule::Capsule;
 use super::carved::Carved;
 use super::parts::{Few, Many, PartSet};
-use super::rule::{Clause, Condition, Rule};
+use super::rule::{Clause, Condition, Rule, WhenSeen};
 use super::single::single;
 use super::{Capsules, Composite, Constraint, CsgNode, CsgTree, NodeKind, Part, slice};
 use crate::kernel::{Aabb, Solid};
@@ -133,14 +133,6 @@ impl RuleSet for Many {
     }
 }
 
-/// When a part's crossings are surfaces: see [`Rule`].
-#[derive(Default)]
-struct WhenSeen<P> {
-    all: Clause<P>,
-    clauses: Vec<Clause<P>>,
-    conditions: Vec<Condition>,
-}
-
 impl CsgTree {
     /// Prepares all composites for which that can be done; `solid` tells what body a part is.
     pub fn plan(&mut self, solid: impl Fn(&Part) -> Option<Solid>) {
@@ -182,7 +174,7 @@ impl CsgTree {
         let mut own =
             Rules { by_part: Vec::with_capacity(count), clauses: Vec::new(), conditions: Vec::new() };
         let (mut capsules, mut bounded) = (Vec::with_capacity(count), P::default());
-        let mut bodies = Vec::with_capacity(count);
+        let (mut bodies, mut when_seen) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let before = P::rules(self);
         let (first_clause, first_condition) = (before.clauses.len(), before.conditions.len());
         let first_rule = before.by_part.len() as u32;
@@ -190,23 +182,25 @@ impl CsgTree {
             let part = &self.parts[number as usize];
             let solid = solid(part).filter(|_| part.solid)?;
             let bounds = part.bounds.intersection(around);
-            let body = Body::new(&solid, bounds, middle, size);
             capsules.push(Capsule::around(&solid, bounds, size));
             bodies.push((solid, bounds));
             if !matches!(solid, Solid::HalfSpace { .. }) {
                 bounded = bounded | P::of(number - first);
             }
-            let seen = self.when_seen(part, first);
+            when_seen.push(self.when_seen(part, first));
+        }
+        for ((solid, bounds), seen) in bodies.iter().zip(&when_seen) {
+            let body = Body::new(solid, *bounds, middle, size);
             let ball = match body {
                 Body::Ball(..) => None,
-                _ => ball(bounds, middle, size),
+                _ => ball(*bounds, middle, size),
             };
             own.by_part.push(Rule {
                 body,
                 ball,
                 all: seen.all,
-                clauses: append(first_clause, &mut own.clauses, seen.clauses),
-                conditions: append(first_condition, &mut own.conditions, seen.conditions),
+                clauses: append(first_clause, &mut own.clauses, &seen.clauses),
+                conditions: append(first_condition, &mut own.conditions, &seen.conditions),
                 mates: P::default(),
             });
         }
@@ -225,7 +219,7 @@ impl CsgTree {
         let rule = |number: u32| &own.by_part[(number - first) as usize];
         let dependent = parts(&|number| !rule(number).mates.is_empty());
         let seen = parts(&|number| self.parts[number as usize].seen);
-        let carved = self.carve(composite, (required, seen), (&bodies, &own.by_part), (middle, size));
+        let carved = self.carve(composite, (required, seen), (&bodies, &when_seen), (middle, size));
         let asked = parts(&|number| matches!(rule(number).body, Body::Asked(..) | Body::AskedWhole));
         let decision = Decision {
             middle,
@@ -332,9 +326,9 @@ impl CsgTree {
 }
 
 /// Puts `own` behind `all`, which come behind so many others: where they will stand.
-fn append<T>(before: usize, all: &mut Vec<T>, own: Vec<T>) -> Range<u32> {
+fn append<T: Copy>(before: usize, all: &mut Vec<T>, own: &[T]) -> Range<u32> {
     let start = (before + all.len()) as u32;
-    all.extend(own);
+    all.extend_from_slice(own);
     start..(before + all.len()) as u32
 }
 

@@ -60,6 +60,12 @@ fn side_by_side(a: Vec3<f32x8>, b: Vec3<f32x8>) -> Vec3<f32x16> {
 pub(super) struct Between(pub(super) f32x16, pub(super) f32x16);
 
 impl Between {
+    /// `yes` in `lanes`, `no` elsewhere.
+    #[inline(always)]
+    pub(super) fn choose(lanes: Mask<f32x16>, yes: Self, no: Self) -> Self {
+        Self(lanes.select(yes.0, no.0), lanes.select(yes.1, no.1))
+    }
+
     #[inline(always)]
     pub(super) fn meets(self, from: f32x16, to: f32x16) -> Mask<f32x16> {
         from.le(self.1) & self.0.le(to)
@@ -201,7 +207,7 @@ impl Window {
 
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
-    fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
+    pub(super) fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
         ends.map(|end| end.meets(self.own.0, self.own.1).bits())
     }
 

@@ -20,7 +20,15 @@ pub struct Rule<P> {
     pub(super) mates: P,
 }
 
-impl<P: Copy> Rule<P> {
+/// When a part's crossings are surfaces, as its [`Rule`] tells it.
+#[derive(Debug, Default)]
+pub(super) struct WhenSeen<P> {
+    pub(super) all: Clause<P>,
+    pub(super) clauses: Vec<Clause<P>>,
+    pub(super) conditions: Vec<Condition>,
+}
+
+impl<P: Copy> WhenSeen<P> {
     /// Its own clause, if nothing else has a say.
     pub(super) fn alone(&self) -> Option<Clause<P>> {
         (self.clauses.is_empty() && self.conditions.is_empty()).then_some(self.all)

@@ -1,4 +1,4 @@
-//! Where rays come into a composite, and where they leave it by what is cut out.
+//! Where rays come into a composite, by its outside or through what is cut out, and where they leave it that way.
 
 use super::bites::KNOWN_TO;
 use super::carved::Carved;
@@ -10,13 +10,18 @@ use super::single::{least, most};
 use super::{Bites, CsgTree};
 use crate::lane::{Mask, Sixteen, f32x16};
 
-/// Where rays come into the parts that hold all of a composite.
+/// Rays go through no more bites than this one after the other, unless crossings are held against all parts.
+const MOST_THROUGH: usize = 4;
+
+/// Where rays come into a composite, or into the parts that hold all of it.
 pub(super) struct WayIn {
     /// Where that is,
     pub(super) at: Between,
     /// and by which part.
     pub(super) part: f32x16,
-    /// Lanes in which it is surely a surface, and nothing is before it.
+    /// Lanes in which it is surely there, with nothing of the composite before it,
+    known: u16,
+    /// and a surface.
     pub(super) seen: u16,
 }
 
@@ -88,9 +93,75 @@ impl WayIn {
         known: u16,
     ) -> Self {
         let known_to = f32x16::splat(question.plan.size * KNOWN_TO as f32);
-        let known = known & (at.1 - at.0).le(known_to).bits();
-        let held = if known == 0 { 0 } else { bites.hold(&carved.bitten, &question.lines.places(at.0)) };
-        Self { at, part, seen: known & !held }
+        let told = known & (at.1 - at.0).le(known_to).bits();
+        let held = if told == 0 { 0 } else { bites.hold(&carved.bitten, &question.lines.places(at.0)) };
+        Self { at, part, known, seen: told & !held }
+    }
+
+    /// The same behind what is cut out: of the rays of `open` that come into the whole within a bite, or start on one and go into it.
+    ///
+    /// There is nothing of a composite within a bite. So these go on to where they leave it, and if that is within another bite to where
+    /// they leave that. What they come to then is the nearest surface, if it is in the whole; and if they have left that, there is none.
+    #[inline(always)]
+    pub(super) fn behind_bites<P: PartSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        (carved, near): (&Carved<P>, P),
+        sketch: &Sketch,
+        (window, open): (&mut Window, u16),
+    ) -> Self {
+        let (bites, whole) = (carved.bites & near, (question.plan.required | carved.hull) & near);
+        let Self { mut at, mut part, .. } = *self;
+        let mut going = Mask::from_bits(self.known & open);
+        let mut on_outside = going;
+        for number in bites.each() {
+            let on = question.on(number) & open;
+            if on == 0 {
+                continue;
+            }
+            let bracket = sketch.of(number);
+            let ends = bracket.ends();
+            let [enters, leaves] = window.own_ends(ends);
+            let [_, leave] = ends;
+            let into = Mask::from_bits(on & enters & !leaves) & bracket.is_sharp() & window.own.1.lt(leave.0);
+            (at, part) = (Between::choose(into, leave, at), into.select(f32x16::splat(number as f32), part));
+            (going, on_outside) = (going | into, on_outside & !into);
+        }
+        let mut seen = Mask::none_set();
+        for _ in 0..MOST_THROUGH {
+            if going.none() {
+                break;
+            }
+            let [surely, perhaps] = if carved.hull.is_empty() {
+                // (Required parts are convex, or told to be in doubt.)
+                let within = whole.each().map(|number| sketch.of(number).holds(at));
+                within.fold([Mask::all_set(); 2], |all, these| [all[0] & these[0], all[1] & these[1]])
+            } else {
+                let within = whole.each().map(|number| sketch.of(number).holds(at));
+                within.fold([Mask::none_set(), Mask::all_set()], |any, these| [any[0] | these[0], any[1]])
+            };
+            let ahead = at.0.le(window.high);
+            window.live &= !(going & !((on_outside | perhaps) & ahead)).bits();
+            going = going & (on_outside | surely) & ahead;
+            let (mut within, mut unsure) = (Mask::none_set(), Mask::none_set());
+            let (mut last, mut by) = (at, part);
+            for number in bites.each() {
+                let bracket = sketch.of(number);
+                let number = f32x16::splat(number as f32);
+                let other = !part.equal(number);
+                let [surely, perhaps] = bracket.holds(at);
+                let [_, leave] = bracket.ends();
+                let later = surely & other & last.0.lt(leave.0);
+                (last, by) = (Between::choose(later, leave, last), later.select(number, by));
+                within |= surely & other;
+                unsure |= perhaps & other & !surely;
+            }
+            going = going & !unsure;
+            seen |= going & !within;
+            going = going & within;
+            (at, part, on_outside) = (last, by, Mask::none_set());
+        }
+        Self { at, part, known: 0, seen: seen.bits() }
     }
 }
 
