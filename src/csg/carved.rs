@@ -20,6 +20,8 @@ pub(super) struct Carved<P> {
     pub(super) bites: P,
     /// What is around them.
     pub(super) bitten: Bitten,
+    /// The first of the parts that hold it.
+    pub(super) first: u32,
     /// Where rays leave a bite, in the whole and in no other bite, they see a surface.
     pub(super) shows_bites: bool,
 }
@@ -55,7 +57,8 @@ impl CsgTree {
         };
         let shows_bites = bites.is_within(seen) && bites.each().all(shows);
         let bitten = self.bites.push(bites.each().map(|part| &bodies[part as usize]), middle, size);
-        Some(Carved { hull, bites, bitten, shows_bites })
+        let first = whole.each().next()?;
+        Some(Carved { hull, bites, bitten, first, shows_bites })
     }
 
     /// The parts of the one union that a composite lies within, if that is of parts only.

@@ -24,6 +24,7 @@ pub(super) struct Decided {
 }
 
 /// The nearest surface so far.
+#[derive(Clone, Copy)]
 struct Nearest {
     at: Between,
     /// The part it belongs to.
@@ -153,49 +154,48 @@ impl CsgTree {
         best: &mut [Best; 2],
     ) -> Nearest {
         let &Question { first, plan, .. } = question;
-        let (mut nearest, open) = (Nearest::none(), window.live);
-        let Some(carved) = &plan.carved else {
-            let others = self.others_near(question, open);
-            let near = self.bracket_others(question, sketch, (window, open), (others, plan.required));
-            self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
-            return nearest;
-        };
-        let (mut waiting, mut near) = (None, plan.required);
-        let way_in = if carved.hull.is_empty() {
-            WayIn::into_all(question, (&self.bites, carved), sketch, window)
-        } else {
-            let others = self.others_near(question, open);
-            near = self.bracket_others(question, sketch, (window, open), (others & carved.hull, near));
-            waiting = Some(others & !carved.hull);
-            WayIn::into_any((question, near), (&self.bites, carved), sketch, window)
-        };
-        let first_part = first + (plan.required | carved.hull).each().next().unwrap_or(0);
-        let open = nearest.see(&way_in, (any, first_part, open), window, best);
-        if open == 0 {
-            return nearest;
+        let (mut nearest, mut open) = (Nearest::none(), window.live);
+        let (mut waiting, mut near, mut into) = (None, plan.required, WayIn::nowhere());
+        let first_part = first + plan.carved.as_ref().map_or(0, |carved| carved.first);
+        if let Some(carved) = &plan.carved {
+            into = if carved.hull.is_empty() {
+                WayIn::into_all(question, (&self.bites, carved), sketch, window)
+            } else {
+                let others = self.others_near(question, open);
+                near = self.bracket_others(question, sketch, (window, open), (others & carved.hull, near));
+                waiting = Some(others & !carved.hull);
+                WayIn::into_any((question, near), (&self.bites, carved), sketch, window)
+            };
+            open = nearest.see(&into, (any, first_part, open), window, best);
+            if open == 0 {
+                return nearest;
+            }
         }
         let waiting = waiting.unwrap_or_else(|| self.others_near(question, open));
         let near = self.bracket_others(question, sketch, (window, open), (waiting, near));
-        let mut open = open;
-        if carved.shows_bites {
-            let way_in = way_in.behind_bites(question, (carved, near), sketch, (window, open));
-            open = nearest.see(&way_in, (any, first_part, open), window, best);
+        if let Some(carved) = plan.carved.as_ref().filter(|carved| carved.shows_bites) {
+            let through = self.way_through(question, (carved, near), sketch, (window, open), &into);
+            open = nearest.see(&through, (any, first_part, open), window, best);
         }
         if open != 0 {
-            self.nearest_bracketed(question, (sketch, near, any), (window, open), (&mut nearest, best));
+            // (In and out by value: what others write to is kept in memory all along.)
+            (nearest, *window) =
+                self.nearest_bracketed(question, (sketch, near, any), (*window, open), nearest, best);
         }
         nearest
     }
 
-    /// What of the parts that have been bracketed is a surface, and nearer than what is known, along the rays of `open`.
-    #[inline(always)]
+    /// What of the parts that have been bracketed is a surface, and nearer than what is known, along the rays of `open`. (By itself, as most
+    /// rays need not ask.)
+    #[inline(never)]
     fn nearest_bracketed<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         (sketch, near, any): (&Sketch, P, bool),
-        (window, open): (&mut Window, u16),
-        (nearest, best): (&mut Nearest, &mut [Best; 2]),
-    ) {
+        (mut window, open): (Window, u16),
+        mut nearest: Nearest,
+        best: &mut [Best; 2],
+    ) -> (Nearest, Window) {
         let &Question { first, plan, rules, .. } = question;
         for part in (near & plan.seen).each() {
             let rule = rules.of(plan, part);
@@ -221,15 +221,16 @@ impl CsgTree {
                 }
                 nearest.doubt_from(end.0, maybe & !sure);
                 if any {
-                    nearest.block(sure.bits(), first + part, window, best);
+                    nearest.block(sure.bits(), first + part, &mut window, best);
                     if window.live == 0 {
-                        return;
+                        return (nearest, window);
                     }
                 } else {
                     nearest.take(end, part, sure);
                 }
             }
         }
+        (nearest, window)
     }
 
     /// As [`CsgTree::surfaces`], in the lanes where it can be told in single precision: those where it cannot.

@@ -150,6 +150,7 @@ impl<P, Q: PartRoots> Question<'_, P, Q> {
 }
 
 /// What of rays is still looked at, in distances from their feet.
+#[derive(Clone, Copy)]
 pub(super) struct Window {
     pub(super) low: f32x16,
     pub(super) high: f32x16,

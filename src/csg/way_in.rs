@@ -26,6 +26,13 @@ pub(super) struct WayIn {
 }
 
 impl WayIn {
+    /// Known of no ray.
+    #[inline(always)]
+    pub(super) fn nowhere() -> Self {
+        let zero = f32x16::default();
+        Self { at: Between(zero, zero), part: zero, known: 0, seen: 0 }
+    }
+
     /// Of a composite that lies within every one of some parts.
     #[inline(always)]
     pub(super) fn into_all<P: PartSet>(
@@ -97,23 +104,28 @@ impl WayIn {
         let held = if told == 0 { 0 } else { bites.hold(&carved.bitten, &question.lines.places(at.0)) };
         Self { at, part, known, seen: told & !held }
     }
+}
 
-    /// The same behind what is cut out: of the rays of `open` that come into the whole within a bite, or start on one and go into it.
+impl CsgTree {
+    /// Where rays come to a composite through what is cut out: those of `open` that come `into` the whole within a bite, or start on one and
+    /// go into it.
     ///
-    /// There is nothing of a composite within a bite. So these go on to where they leave it, and if that is within another bite to where
-    /// they leave that. What they come to then is the nearest surface, if it is in the whole; and if they have left that, there is none.
+    /// There is nothing of a composite within a bite. So these rays go on to where they leave it, and if that is within another bite to
+    /// where they leave that. What they come to then is the nearest surface, if it is in the whole; and if they have left that, there is
+    /// none.
     #[inline(always)]
-    pub(super) fn behind_bites<P: PartSet>(
+    pub(super) fn way_through<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         (carved, near): (&Carved<P>, P),
         sketch: &Sketch,
         (window, open): (&mut Window, u16),
-    ) -> Self {
+        into: &WayIn,
+    ) -> WayIn {
         let (bites, whole) = (carved.bites & near, (question.plan.required | carved.hull) & near);
-        let Self { mut at, mut part, .. } = *self;
-        let mut going = Mask::from_bits(self.known & open);
-        let mut on_outside = going;
+        let &WayIn { mut at, mut part, known, .. } = into;
+        let mut going = Mask::from_bits(known & open);
+        let mut by_outside = going;
         for number in bites.each() {
             let on = question.on(number) & open;
             if on == 0 {
@@ -125,47 +137,46 @@ impl WayIn {
             let [_, leave] = ends;
             let into = Mask::from_bits(on & enters & !leaves) & bracket.is_sharp() & window.own.1.lt(leave.0);
             (at, part) = (Between::choose(into, leave, at), into.select(f32x16::splat(number as f32), part));
-            (going, on_outside) = (going | into, on_outside & !into);
+            (going, by_outside) = (going | into, by_outside & !into);
         }
         let mut seen = Mask::none_set();
         for _ in 0..MOST_THROUGH {
+            if (going & !by_outside).any() {
+                let within = whole.each().map(|number| sketch.of(number).holds(at));
+                let [surely, perhaps] = if carved.hull.is_empty() {
+                    // (Required parts are convex, or told to be in doubt.)
+                    within.fold([Mask::all_set(); 2], |all, these| [all[0] & these[0], all[1] & these[1]])
+                } else {
+                    within.fold([Mask::none_set(), Mask::all_set()], |any, these| [any[0] | these[0], any[1]])
+                };
+                let ahead = at.0.le(window.high);
+                window.live &= !(going & !((by_outside | perhaps) & ahead)).bits();
+                going = going & (by_outside | surely) & ahead;
+            }
             if going.none() {
                 break;
             }
-            let [surely, perhaps] = if carved.hull.is_empty() {
-                // (Required parts are convex, or told to be in doubt.)
-                let within = whole.each().map(|number| sketch.of(number).holds(at));
-                within.fold([Mask::all_set(); 2], |all, these| [all[0] & these[0], all[1] & these[1]])
-            } else {
-                let within = whole.each().map(|number| sketch.of(number).holds(at));
-                within.fold([Mask::none_set(), Mask::all_set()], |any, these| [any[0] | these[0], any[1]])
-            };
-            let ahead = at.0.le(window.high);
-            window.live &= !(going & !((on_outside | perhaps) & ahead)).bits();
-            going = going & (on_outside | surely) & ahead;
             let (mut within, mut unsure) = (Mask::none_set(), Mask::none_set());
             let (mut last, mut by) = (at, part);
             for number in bites.each() {
+                let name = f32x16::splat(number as f32);
+                let others = going & !part.equal(name);
                 let bracket = sketch.of(number);
-                let number = f32x16::splat(number as f32);
-                let other = !part.equal(number);
                 let [surely, perhaps] = bracket.holds(at);
                 let [_, leave] = bracket.ends();
-                let later = surely & other & last.0.lt(leave.0);
-                (last, by) = (Between::choose(later, leave, last), later.select(number, by));
-                within |= surely & other;
-                unsure |= perhaps & other & !surely;
+                let later = surely & others & last.0.lt(leave.0);
+                (last, by) = (Between::choose(later, leave, last), later.select(name, by));
+                within |= surely & others;
+                unsure |= perhaps & others & !surely;
             }
             going = going & !unsure;
             seen |= going & !within;
             going = going & within;
-            (at, part, on_outside) = (last, by, Mask::none_set());
+            (at, part, by_outside) = (last, by, Mask::none_set());
         }
-        Self { at, part, known: 0, seen: seen.bits() }
+        WayIn { at, part, known: 0, seen: seen.bits() }
     }
-}
 
-impl CsgTree {
     /// Rays that start on a bite and leave the required parts while they are within that bite look no more: whether others do.
     #[inline(always)]
     pub(super) fn leave_bites<P: PartSet>(
