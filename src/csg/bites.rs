@@ -6,9 +6,9 @@
 //! out, with room for what a bracket leaves open.
 
 use super::bracket::Map;
-use super::single::{most, single};
+use super::single::{least, most, single};
 use crate::kernel::{Aabb, OwnSpace, Solid};
-use crate::lane::{Many, Mask, Sixteen, Vec3, f32x16};
+use crate::lane::{Many, Sixteen, Vec3, f32x16};
 use glam::{DMat3, DVec3};
 use std::ops::Range;
 
@@ -98,19 +98,20 @@ impl Bites {
     #[inline(always)]
     pub(super) fn hold(&self, bitten: &Bitten, places: &Vec3<f32x16>) -> u16 {
         let Bitten { balls, boxes, half_spaces } = bitten;
-        let (one, mut held) = (f32x16::constant(1.0), Mask::none_set());
+        // How deep within the deepest, in measures of their own.
+        let (one, mut outside) = (f32x16::constant(1.0), f32x16::constant(f64::INFINITY));
         for &[x, y, z, square] in super::slice(&self.balls, balls) {
             let toward = *places - Vec3::broadcast([x, y, z]);
-            held |= toward.fused_dot(toward).le(f32x16::splat(square));
+            outside = least(outside, toward.fused_dot(toward) - f32x16::splat(square));
         }
         for space in super::slice(&self.boxes, boxes) {
             let Vec3 { x, y, z } = space.places(*places).map(f32x16::abs);
-            held |= most(most(x, y), z).le(one);
+            outside = least(outside, most(most(x, y), z) - one);
         }
         for &[x, y, z, at] in super::slice(&self.half_spaces, half_spaces) {
-            held |= Vec3::broadcast([x, y, z]).fused_dot(*places).le(f32x16::splat(at));
+            outside = least(outside, Vec3::broadcast([x, y, z]).fused_dot(*places) - f32x16::splat(at));
         }
-        held.bits()
+        outside.le(f32x16::default()).bits()
     }
 }
 

@@ -64,8 +64,8 @@ impl Nearest {
 
     /// In `lanes` nothing beyond `from` is known to be the nearest.
     #[inline(always)]
-    fn doubt_from(&mut self, from: f32x16, lanes: Mask<f32x16>) {
-        self.doubtful = lanes.select(least(self.doubtful, from), self.doubtful);
+    fn doubt_from(&mut self, from: f32x16, lanes: u16) {
+        self.doubtful = Mask::from_bits(lanes).select(least(self.doubtful, from), self.doubtful);
     }
 
     /// `lanes` have met part `number`, and look no more.
@@ -81,10 +81,11 @@ impl Nearest {
 
     /// Takes a crossing of `part` where it is `sure` to be a surface.
     #[inline(always)]
-    fn take(&mut self, end: Between, part: u32, sure: Mask<f32x16>) {
-        let closer = sure & end.1.lt(self.at.0);
-        let level = sure & !closer & end.0.le(self.at.1);
+    fn take(&mut self, end: Between, part: u32, sure: u16) {
+        let closer = sure & end.1.lt(self.at.0).bits();
+        let level = sure & !closer & end.0.le(self.at.1).bits();
         self.doubt_from(least(end.0, self.at.0), level);
+        let closer = Mask::from_bits(closer);
         self.at = Between::choose(closer, end, self.at);
         self.which = closer.select(f32x16::splat(part as f32), self.which);
     }
@@ -210,18 +211,18 @@ impl CsgTree {
             for k in 0..2 {
                 let (end, away) = (ends[k], away[k]);
                 let ahead = end.meets(window.low, least(window.high, nearest.at.1));
-                let wanted = met & ahead & Mask::from_bits(window.live & open & away);
-                if wanted.none() {
+                let wanted = met & ahead & window.live & open & away;
+                if wanted == 0 {
                     continue;
                 }
-                let (sure, maybe) = self.is_surface(question, rule, (sketch, near), end, wanted);
-                let mut sure = sure & sharp & window.own.1.lt(end.0);
+                let [sure, maybe] = self.is_surface(question, rule, (sketch, near), end, wanted);
+                let mut sure = sure & sharp & window.own.1.lt(end.0).bits();
                 if any {
-                    sure &= end.1.lt(window.before_end);
+                    sure &= end.1.lt(window.before_end).bits();
                 }
                 nearest.doubt_from(end.0, maybe & !sure);
                 if any {
-                    nearest.block(sure.bits(), first + part, &mut window, best);
+                    nearest.block(sure, first + part, &mut window, best);
                     if window.live == 0 {
                         return (nearest, window);
                     }
@@ -260,14 +261,15 @@ impl CsgTree {
             let (ends, met, sharp) = (bracket.ends(), bracket.is_met(), bracket.is_sharp());
             let away = window.leave_start(ends, question.on(part));
             for (end, away) in ends.into_iter().zip(away) {
-                let wanted = met & end.meets(window.low, window.high) & Mask::from_bits(window.live & away);
-                if wanted.none() {
+                let wanted = met & end.meets(window.low, window.high) & window.live & away;
+                if wanted == 0 {
                     continue;
                 }
-                let (sure, maybe) = self.is_surface(&question, rule, (sketch, near), end, wanted);
-                let sure = sure & sharp & window.own.1.lt(end.0) & end.1.lt(window.before_end);
-                window.give_up((maybe & !sure).bits());
-                let (number, sure) = (question.first + part, sure.bits() & window.live);
+                let [sure, maybe] = self.is_surface(&question, rule, (sketch, near), end, wanted);
+                let within = window.own.1.lt(end.0) & end.1.lt(window.before_end);
+                let sure = sure & sharp & within.bits();
+                window.give_up(maybe & !sure);
+                let (number, sure) = (question.first + part, sure & window.live);
                 for k in 0..askers.len() {
                     let sure = of_packet(sure, k);
                     if sure != 0 {

@@ -67,8 +67,8 @@ impl Between {
     }
 
     #[inline(always)]
-    pub(super) fn meets(self, from: f32x16, to: f32x16) -> Mask<f32x16> {
-        from.le(self.1) & self.0.le(to)
+    pub(super) fn meets(self, from: f32x16, to: f32x16) -> u16 {
+        from.le(self.1).bits() & self.0.le(to).bits()
     }
 }
 
@@ -82,21 +82,21 @@ impl Bracket {
 
     /// Lanes in which a crossing is surely within, and in which it may be.
     #[inline(always)]
-    pub(super) fn holds(&self, at: Between) -> [Mask<f32x16>; 2] {
+    pub(super) fn holds(&self, at: Between) -> [u16; 2] {
         let ([a, d], [b, c]) = (self.outer, self.inner);
-        [b.le(at.0) & at.1.le(c), at.meets(a, d)]
+        [b.le(at.0).bits() & at.1.le(c).bits(), at.meets(a, d)]
     }
 
     /// Lanes that meet the shrunk body.
     #[inline(always)]
-    pub(super) fn is_sharp(&self) -> Mask<f32x16> {
-        self.inner[0].le(self.inner[1])
+    pub(super) fn is_sharp(&self) -> u16 {
+        self.inner[0].le(self.inner[1]).bits()
     }
 
     /// Lanes that meet the grown body.
     #[inline(always)]
-    pub(super) fn is_met(&self) -> Mask<f32x16> {
-        self.outer[0].le(self.outer[1])
+    pub(super) fn is_met(&self) -> u16 {
+        self.outer[0].le(self.outer[1]).bits()
     }
 }
 
@@ -209,7 +209,7 @@ impl Window {
     /// Lanes in which the way in, and lanes in which the way out of a part may be the crossing that they start on.
     #[inline(always)]
     pub(super) fn own_ends(&self, ends: [Between; 2]) -> [u16; 2] {
-        ends.map(|end| end.meets(self.own.0, self.own.1).bits())
+        ends.map(|end| end.meets(self.own.0, self.own.1))
     }
 
     /// Rays of `on`, which start on a part, that leave it there: they do not come back to it.
@@ -387,8 +387,8 @@ impl CsgTree {
         rule: &Rule<P>,
         (sketch, near): (&Sketch, P),
         at: Between,
-        wanted: Mask<f32x16>,
-    ) -> (Mask<f32x16>, Mask<f32x16>) {
+        wanted: u16,
+    ) -> [u16; 2] {
         let (mut sure, mut maybe) = (wanted, wanted);
         for part in (rule.all.without & near).each() {
             let [surely, perhaps] = sketch.of(part).holds(at);
@@ -399,13 +399,13 @@ impl CsgTree {
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
         for clause in question.rules.clauses(rule) {
-            if maybe.none() {
+            if maybe == 0 {
                 break;
             }
             if !clause.without.is_within(near) {
                 continue;
             }
-            let (mut surely, mut perhaps) = (Mask::none_set(), Mask::none_set());
+            let (mut surely, mut perhaps) = (0, 0);
             for part in (clause.within & near).each() {
                 let [within, touching] = sketch.of(part).holds(at);
                 (surely, perhaps) = (surely | within, perhaps | touching);
@@ -417,14 +417,14 @@ impl CsgTree {
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
         for condition in question.rules.conditions(rule) {
-            if maybe.none() {
+            if maybe == 0 {
                 break;
             }
             let [within, touching] = self.holds(condition.node, question.first, (sketch, near), at);
             let (surely, perhaps) = if condition.within { (within, touching) } else { (!touching, !within) };
             (sure, maybe) = (sure & surely, maybe & perhaps);
         }
-        (sure, maybe)
+        [sure, maybe]
     }
 
     /// Lanes in which a crossing is surely within a node, and in which it may be.
@@ -434,8 +434,8 @@ impl CsgTree {
         first: u32,
         (sketch, near): (&Sketch, P),
         at: Between,
-    ) -> [Mask<f32x16>; 2] {
-        let (none, all) = (Mask::none_set(), Mask::all_set());
+    ) -> [u16; 2] {
+        let (none, all) = (0, !0);
         if !P::of_many(self.below[number as usize]).meets(near) {
             return match self.outside[number as usize] {
                 Side::Inside => [all, all],
@@ -451,7 +451,7 @@ impl CsgTree {
                 for &child in self.list(list) {
                     let [within, touching] = self.holds(child, first, (sketch, near), at);
                     every = [every[0] & within, every[1] & touching];
-                    if every[1].none() {
+                    if every[1] == none {
                         break;
                     }
                 }
@@ -462,7 +462,7 @@ impl CsgTree {
                 for &child in self.list(list) {
                     let [within, touching] = self.holds(child, first, (sketch, near), at);
                     some = [some[0] | within, some[1] | touching];
-                    if some[0].all() {
+                    if some[0] == all {
                         break;
                     }
                 }
@@ -522,12 +522,12 @@ mod tests {
         let crossings = [1.0, 2.0, 4.0, 8.0].map(f64x8::lit);
         let bracket = twice(Bracket::of_crossings(&crossings, f64x8::zero(), f32x8::lit(1e-6)));
         for t in [1.0, 2.0, 3.0, 4.0, 6.0, 8.0] {
-            assert!(bracket.ends().iter().all(|end| end.meets(at(t).0, at(t).1).all()), "{t}");
+            assert!(bracket.ends().iter().all(|end| end.meets(at(t).0, at(t).1) == !0), "{t}");
             let [surely, perhaps] = bracket.holds(at(t));
-            assert!(surely.none() && perhaps.all(), "{t}");
+            assert_eq!([surely, perhaps], [0, !0], "{t}");
         }
         let [_, perhaps] = bracket.holds(at(9.0));
-        assert!(perhaps.none() && bracket.is_met().all());
+        assert_eq!([perhaps, bracket.is_met()], [0, !0]);
     }
 
     #[test]
@@ -535,7 +535,7 @@ mod tests {
         let none = [f64x8::lit(f64::NAN); 2];
         let bracket = twice(Bracket::of_crossings(&none, f64x8::zero(), f32x8::lit(1e-6)));
         let [surely, perhaps] = bracket.holds(at(0.0));
-        assert!(surely.none() && perhaps.none() && bracket.is_met().none());
+        assert_eq!([surely, perhaps, bracket.is_met()], [0; 3]);
     }
 
     #[test]
@@ -550,15 +550,15 @@ mod tests {
         let bracket = twice(Bracket::of_endless(&crossings, 0b11_1000, f64x8::zero(), f32x8::lit(1e-6)));
         let held = |t: f64| {
             let [surely, perhaps] = bracket.holds(at(t));
-            (surely.bits() & 0b11_1111, perhaps.bits() & 0b11_1111)
+            (surely & 0b11_1111, perhaps & 0b11_1111)
         };
         // Who leaves and comes back is in doubt all along.
         assert_eq!(held(1.0), (0b01_1000, 0b11_1000));
         assert_eq!(held(2.0), (0b00_1000, 0b11_1110));
         assert_eq!(held(3.0), (0b00_1110, 0b10_1110));
         assert_eq!(held(5.0), (0b00_1010, 0b10_1010));
-        assert_eq!(bracket.holds(at(5.0)).map(|lanes| lanes.bits() >> 6 & 1), [0, 1]);
-        let ends = bracket.ends().map(|end| end.meets(at(2.0).0, at(2.0).1).bits() & 0b11_1111);
+        assert_eq!(bracket.holds(at(5.0)).map(|lanes| lanes >> 6 & 1), [0, 1]);
+        let ends = bracket.ends().map(|end| end.meets(at(2.0).0, at(2.0).1) & 0b11_1111);
         assert_eq!(ends, [0b10_0110, 0b11_0000]);
     }
 }

@@ -43,7 +43,7 @@ impl WayIn {
     ) -> Self {
         let inf = f32x16::splat(f32::INFINITY);
         let (mut early, mut late, mut out) = (-inf, -inf, inf);
-        let (mut part, mut sharp, mut next) = (f32x16::default(), Mask::all_set(), -inf);
+        let (mut part, mut sharp, mut next) = (f32x16::default(), window.live, -inf);
         for number in question.plan.required.each() {
             let bracket = sketch.of(number);
             let ([a, _], [b, c]) = (bracket.outer, bracket.inner);
@@ -55,8 +55,8 @@ impl WayIn {
             (early, late) = (later.select(a, early), later.select(b, late));
             out = least(c, out);
         }
-        let known = sharp & next.lt(early) & late.lt(out) & window.own.1.lt(early);
-        Self::new(question, carved, (Between(early, late), part), known.bits() & window.live)
+        let known = next.lt(early) & late.lt(out) & window.own.1.lt(early);
+        Self::new(question, carved, (Between(early, late), part), known.bits() & sharp)
     }
 
     /// Of a composite that lies within some of a few parts, those of which that are `near` are known. Rays that come into none of them
@@ -70,24 +70,24 @@ impl WayIn {
     ) -> Self {
         let inf = f32x16::splat(f32::INFINITY);
         let (mut early, mut late, mut next, mut part) = (inf, inf, inf, f32x16::default());
-        let (mut sharp, mut starts_within) = (Mask::none_set(), Mask::none_set());
+        let (mut sharp, mut starts_within) = (0, 0);
         for number in near.each() {
             let bracket = sketch.of(number);
             let ([a, d], [b, _]) = (bracket.outer, bracket.inner);
             let left = window.left_behind(bracket, question.on(number));
-            let met = bracket.is_met() & window.own.0.le(d) & Mask::from_bits(!left);
-            let ahead = met & window.own.1.lt(a);
+            let met = bracket.is_met() & window.own.0.le(d).bits() & !left;
+            let ahead = met & window.own.1.lt(a).bits();
             starts_within |= met & !ahead;
             // The first way in, and the first of the others.
-            let sooner = ahead & a.lt(early);
-            next = (ahead & !sooner).select(least(a, next), sooner.select(early, next));
+            let first = ahead & a.lt(early).bits();
+            sharp = (first & bracket.is_sharp()) | (sharp & !first);
+            let (sooner, later) = (Mask::from_bits(first), Mask::from_bits(ahead & !first));
+            next = later.select(least(a, next), sooner.select(early, next));
             part = sooner.select(f32x16::splat(number as f32), part);
-            sharp = (sooner & bracket.is_sharp()) | (sharp & !sooner);
             (early, late) = (sooner.select(a, early), sooner.select(b, late));
         }
-        let within = starts_within.bits();
-        window.live &= within | early.le(window.high).bits();
-        let known = (sharp & late.lt(next)).bits() & !within;
+        window.live &= starts_within | early.le(window.high).bits();
+        let known = sharp & late.lt(next).bits() & !starts_within;
         Self::new(question, carved, (Between(early, late), part), known & window.live)
     }
 
@@ -124,7 +124,7 @@ impl CsgTree {
     ) -> WayIn {
         let (bites, whole) = (carved.bites & near, (question.plan.required | carved.hull) & near);
         let &WayIn { mut at, mut part, known, .. } = into;
-        let mut going = Mask::from_bits(known & open);
+        let mut going = known & open;
         let mut by_outside = going;
         for number in bites.each() {
             let on = question.on(number) & open;
@@ -135,46 +135,47 @@ impl CsgTree {
             let ends = bracket.ends();
             let [enters, leaves] = window.own_ends(ends);
             let [_, leave] = ends;
-            let into = Mask::from_bits(on & enters & !leaves) & bracket.is_sharp() & window.own.1.lt(leave.0);
-            (at, part) = (Between::choose(into, leave, at), into.select(f32x16::splat(number as f32), part));
+            let into = on & enters & !leaves & bracket.is_sharp() & window.own.1.lt(leave.0).bits();
             (going, by_outside) = (going | into, by_outside & !into);
+            let into = Mask::from_bits(into);
+            (at, part) = (Between::choose(into, leave, at), into.select(f32x16::splat(number as f32), part));
         }
-        let mut seen = Mask::none_set();
+        let mut seen = 0;
         for _ in 0..MOST_THROUGH {
-            if (going & !by_outside).any() {
+            if going & !by_outside != 0 {
                 let within = whole.each().map(|number| sketch.of(number).holds(at));
                 let [surely, perhaps] = if carved.hull.is_empty() {
                     // (Required parts are convex, or told to be in doubt.)
-                    within.fold([Mask::all_set(); 2], |all, these| [all[0] & these[0], all[1] & these[1]])
+                    within.fold([!0; 2], |all, these| [all[0] & these[0], all[1] & these[1]])
                 } else {
-                    within.fold([Mask::none_set(), Mask::all_set()], |any, these| [any[0] | these[0], any[1]])
+                    within.fold([0, !0], |any, these| [any[0] | these[0], any[1]])
                 };
-                let ahead = at.0.le(window.high);
-                window.live &= !(going & !((by_outside | perhaps) & ahead)).bits();
-                going = going & (by_outside | surely) & ahead;
+                let ahead = at.0.le(window.high).bits();
+                window.live &= !(going & !((by_outside | perhaps) & ahead));
+                going &= (by_outside | surely) & ahead;
             }
-            if going.none() {
+            if going == 0 {
                 break;
             }
-            let (mut within, mut unsure) = (Mask::none_set(), Mask::none_set());
+            let (mut within, mut unsure) = (0, 0);
             let (mut last, mut by) = (at, part);
             for number in bites.each() {
-                let name = f32x16::splat(number as f32);
-                let others = going & !part.equal(name);
                 let bracket = sketch.of(number);
+                let number = f32x16::splat(number as f32);
+                let others = going & !part.equal(number).bits();
                 let [surely, perhaps] = bracket.holds(at);
+                let (surely, perhaps) = (surely & others, perhaps & others);
+                (within, unsure) = (within | surely, unsure | (perhaps & !surely));
                 let [_, leave] = bracket.ends();
-                let later = surely & others & last.0.lt(leave.0);
-                (last, by) = (Between::choose(later, leave, last), later.select(name, by));
-                within |= surely & others;
-                unsure |= perhaps & others & !surely;
+                let later = Mask::from_bits(surely & last.0.lt(leave.0).bits());
+                (last, by) = (Between::choose(later, leave, last), later.select(number, by));
             }
-            going = going & !unsure;
+            going &= !unsure;
             seen |= going & !within;
-            going = going & within;
-            (at, part, by_outside) = (last, by, Mask::none_set());
+            going &= within;
+            (at, part, by_outside) = (last, by, 0);
         }
-        WayIn { at, part, known: 0, seen: seen.bits() }
+        WayIn { at, part, known: 0, seen }
     }
 
     /// Rays that start on a bite and leave the required parts while they are within that bite look no more: whether others do.

@@ -1,7 +1,7 @@
 //! Rays against the three slabs of a box: what axis-parallel and turned boxes share.
 
 use super::{Left, Rays};
-use crate::lane::{LANES, Lane, Mask, Vec3};
+use crate::lane::{LANES, Lane, Mask, Vec3, f32x8};
 
 /// A closed box per lane, in the space of the rays.
 #[derive(Debug, Clone, Copy)]
@@ -147,6 +147,5 @@ impl<L: Lane> Slabs<L> {
 /// Small whole numbers in lanes as part numbers.
 #[inline(always)]
 pub(super) fn parts<L: Lane>(part: L) -> [u8; LANES] {
-    use crate::lane::Scalar;
-    part.to_array().map(|x| x.to_f64() as u8)
+    part.cast::<f32x8>().fast_trunc_int().to_array().map(|x| x as u8)
 }
