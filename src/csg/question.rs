@@ -192,12 +192,11 @@ impl Window {
         }
     }
 
-    /// Looks no farther than what a part lies between: whether anything is left.
+    /// Looks no farther than what a part lies between.
     #[inline(always)]
-    fn narrow(&mut self, [enter, leave]: [f32x16; 2]) -> bool {
+    fn narrow(&mut self, [enter, leave]: [f32x16; 2]) {
         (self.low, self.high) = (most(self.low, enter), least(self.high, leave));
         self.live &= self.low.le(self.high).bits();
-        self.live != 0
     }
 
     /// True if any of these rays looks at what a part lies between. (NaN comes last, and stays.)
@@ -244,35 +243,46 @@ impl Window {
 }
 
 impl CsgTree {
-    /// Brackets the parts that all of the composite lies within: whether any ray still looks then.
+    /// Brackets the parts that all of the composite lies within, and bites that rays start on: which ones those are, if any ray still looks
+    /// then.
     #[inline(always)]
     pub(super) fn bracket_required<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
         window: &mut Window,
-    ) -> bool {
+    ) -> Option<P> {
         let &Decision { required, asked, .. } = question.plan;
         sketch.crossings.clear();
         sketch.asked.clear();
         if window.live == 0 {
-            return false;
+            return None;
         }
         // What takes longest is left what the rest leaves.
         for these in [required & !asked, required & asked] {
-            for part in these.each() {
-                self.bracket(part, question, sketch, (window, window.live));
-                if !window.narrow(sketch.of(part).outer) {
-                    return false;
+            // (Two at a time, none of which waits for what the other leaves.)
+            let mut parts = these.each();
+            while let Some(part) = parts.next() {
+                let two = [part, parts.next().unwrap_or(part)];
+                self.bracket(two[0], question, sketch, (window, window.live));
+                if two[1] != two[0] {
+                    self.bracket(two[1], question, sketch, (window, window.live));
                 }
-                // Whoever leaves it here has left the whole.
-                window.live &= !window.left_behind(sketch.of(part), question.on(part) & window.live);
+                for part in two {
+                    window.narrow(sketch.of(part).outer);
+                    // Whoever leaves it here has left the whole.
+                    window.live &= !window.left_behind(sketch.of(part), question.on(part) & window.live);
+                }
                 if window.live == 0 {
-                    return false;
+                    return None;
                 }
             }
         }
-        !question.starts || required.is_empty() || self.leave_bites(question, sketch, window)
+        if !question.starts || required.is_empty() {
+            return Some(P::default());
+        }
+        let bites = self.leave_bites(question, sketch, window);
+        (window.live != 0).then_some(bites)
     }
 
     /// The parts, beside required ones, that the rays of `open` may meet, and some that are none.

@@ -178,30 +178,32 @@ impl CsgTree {
         WayIn { at, part, known: 0, seen }
     }
 
-    /// Rays that start on a bite and leave the required parts while they are within that bite look no more: whether others do.
+    /// Rays that start on a bite and leave the required parts while they are within that bite look no more. The bites that rays start on.
     #[inline(always)]
     pub(super) fn leave_bites<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
         window: &mut Window,
-    ) -> bool {
+    ) -> P {
         let &Decision { required, asked, ref carved, .. } = question.plan;
         let bites = carved.as_ref().map_or(P::default(), |carved| carved.bites & !asked);
+        let mut bracketed = P::default();
         for part in bites.each() {
             let on = question.on(part) & window.live;
             if on == 0 {
                 continue;
             }
+            bracketed = bracketed | P::of(part);
             self.bracket(part, question, sketch, (window, on));
             let ends = required.each().map(|part| sketch.of(part).outer[1]);
             let out = ends.fold(f32x16::splat(f32::INFINITY), |out, end| least(end, out));
             // (Bites are convex, as all bodies that are not asked are.)
             window.live &= !(on & out.le(sketch.of(part).inner[1]).bits());
             if window.live == 0 {
-                return false;
+                break;
             }
         }
-        true
+        bracketed
     }
 }
