@@ -329,7 +329,7 @@ impl CsgTree {
     }
 
     /// The parts that the rays of `live` may meet, and some that are none.
-    #[inline(always)]
+    #[inline(never)]
     fn passed_close<P: PartSet>(&self, plan: &Decision<P>, lines: &FootRays, live: u16) -> P {
         let beam = Beam::new(&lines.rays, live, plan.size);
         let blocks = slice(&self.capsules, &plan.capsules);
@@ -349,22 +349,23 @@ impl CsgTree {
         let &Question { plan, rules, lines, .. } = question;
         let body = &rules.of(plan, part).body;
         if !body.bracket(&lines.rays, sketch.of_mut(part)) {
-            let ends = [window.low, window.high];
-            let looking = body.may_meet(&lines.rays, ends, looking);
-            self.ask(part, question, sketch, (looking, ends, matches!(body, Body::AskedWhole)));
+            self.ask(part, question, sketch, (looking, [window.low, window.high]));
         }
     }
 
-    /// The same by its crossings, perhaps with all else that is to be known of a part that may be `endless`.
+    /// The same by its crossings between two distances, and if it may be endless with all else that is to be known of it.
     #[inline(never)]
     fn ask<P: PartSet>(
         &self,
         part: u32,
         question: &Question<P, impl PartRoots>,
         sketch: &mut Sketch,
-        (live, ends, endless): (u16, [f32x16; 2], bool),
+        (looking, ends): (u16, [f32x16; 2]),
     ) {
-        let &Question { first, plan, askers, lines, .. } = question;
+        let &Question { first, plan, rules, askers, lines, .. } = question;
+        let body = &rules.of(plan, part).body;
+        let (live, endless) =
+            (body.may_meet(&lines.rays, ends, looking), matches!(body, Body::AskedWhole));
         let Sketch { crossings, asked, .. } = sketch;
         let number = first + part;
         let mut packets = [Bracket::missed(); 2];
