@@ -354,7 +354,7 @@ fn walls_seen_from_within_are_those_of_the_oracle() {
 
 /// Composites of which something is cut out: bites of all kinds, some that share faces with what they are cut out of or with each other,
 /// holes from which rays find out, or to another wall, and what is only left in part.
-const BITTEN: [&str; 5] = [
+const BITTEN: [&str; 6] = [
     "difference {
        intersection { box { -1, 1 } sphere { 0, 1.4 } }
        #for (K, 0, 5) sphere { <1, 0.4, 0.4>, 0.25 rotate 60*K*<0.3, 1, 0.7> } cylinder { 0, <0.2, 1.3, 0.1>, 0.2 rotate 60*K*<1, 0.2, 0.4> } #end
@@ -386,6 +386,19 @@ const BITTEN: [&str; 5] = [
     "difference { box { <-9, -1, -9>, <9, 9, 9> } box { <-8, -0.5, -8>, <8, 8, 8> } sphere { <0, 8, 0>, 3 } pigment { rgb <0.9, 0.9, 0.8> } finish { reflection 0.2 } }
      difference { merge { box { <-2, -0.5, -1>, <0.5, 1.5, 1> } box { <0.5, -0.5, -1>, <2, 1, 1> } } cylinder { <-3, 0.4, 0>, <3, 0.4, 0>, 0.6 } cylinder { <-3, 0.4, 0>, <3, 0.4, 0>, 0.6 scale <1, 1, 1.2> }
        pigment { rgb <0.6, 0.6, 0.9> } finish { reflection 0.3 } }",
+    "difference {
+       box { <-2.6, 0, -1>, <-0.1, 2, 1> }
+       #for (K, 0, 3) sphere { <-2.6 + 0.5*K, 1.1 + 0.1*K, -1 + 0.55*K>, 0.45 } #end
+       cylinder { <-1.2, 1.4, -0.2>, <-1.2, 1.4, 2>, 0.3 } cylinder { <-0.7, 1.3, -2>, <-0.7, 1.3, 0.5>, 0.3 } box { <-1, 1.2, -0.2>, <0, 1.6, 0.5> }
+       pigment { rgb <0.9, 0.8, 0.6> } finish { reflection 0.3 }
+     }
+     difference {
+       union { box { <0.2, 0, -0.8>, <1.2, 1.5, 0.8> } box { <1.2, 0, -0.8>, <2, 1, 0.8> } cylinder { <1.6, 0, 0>, <1.6, 1.8, 0>, 0.4 } }
+       cylinder { <0.9, 0.7, -2>, <0.9, 0.7, 0.3>, 0.35 } cylinder { <0, 0.7, 0>, <3, 0.7, 0>, 0.3 } torus { 0.5, 0.15 rotate 90*x translate <0.9, 0.7, -0.8> }
+       box { <1.3, 0.9, -0.2>, <1.9, 2, 0.2> } pigment { rgb <0.6, 0.8, 0.9> } finish { reflection 0.3 }
+     }
+     difference { sphere { <-0.1, 3, 0>, 0.8 } cylinder { <-0.1, 3, -1>, <-0.1, 3, 0.2>, 0.4 } sphere { <-0.1, 3, 0.3>, 0.35 } clipped_by { plane { <0.3, 1, -0.2>, 3.2 } }
+       pigment { rgbf <0.9, 0.95, 1, 0.8> } interior { ior 1.3 } }",
 ];
 
 #[test]

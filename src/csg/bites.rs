@@ -98,7 +98,7 @@ impl Bites {
     #[inline(always)]
     pub(super) fn hold(&self, bitten: &Bitten, places: &Vec3<f32x16>) -> u16 {
         let Bitten { balls, boxes, half_spaces } = bitten;
-        // How deep within the deepest, in measures of their own.
+        // How far outside of the nearest, each in a measure of its own.
         let (one, mut outside) = (f32x16::constant(1.0), f32x16::constant(f64::INFINITY));
         for &[x, y, z, square] in super::slice(&self.balls, balls) {
             let toward = *places - Vec3::broadcast([x, y, z]);

@@ -144,9 +144,9 @@ impl CsgTree {
         self.decide(plan, looking, sketch, best)
     }
 
-    /// The nearest surface along rays that meet all required parts, which are bracketed, and with them bites that are `bracketed`: where they
-    /// come in, or what the other parts leave. With `any`, lanes
-    /// are blocked in `best` as soon as they have met one, and look no more.
+    /// The nearest surface along rays that meet all required parts, which are bracketed as some others are: where they come in, by the
+    /// outside or through what is cut out, or what the other parts leave. With `any`, lanes are blocked in `best` as soon as they have met
+    /// one, and look no more.
     #[inline(always)]
     fn nearest_surface<P: PartSet>(
         &self,

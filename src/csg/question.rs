@@ -364,8 +364,7 @@ impl CsgTree {
     ) {
         let &Question { first, plan, rules, askers, lines, .. } = question;
         let body = &rules.of(plan, part).body;
-        let (live, endless) =
-            (body.may_meet(&lines.rays, ends, looking), matches!(body, Body::AskedWhole));
+        let (live, endless) = (body.may_meet(&lines.rays, ends, looking), matches!(body, Body::AskedWhole));
         let Sketch { crossings, asked, .. } = sketch;
         let number = first + part;
         let mut packets = [Bracket::missed(); 2];
