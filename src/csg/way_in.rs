@@ -106,6 +106,24 @@ impl WayIn {
     }
 }
 
+/// Lanes in which a place is surely within the whole that a composite is carved out of, and those in which that may be so there or farther on.
+#[inline(always)]
+fn whole_holds<P: PartSet>(
+    question: &Question<P, impl PartRoots>,
+    (carved, near): (&Carved<P>, P),
+    sketch: &Sketch,
+    at: Between,
+) -> [u16; 2] {
+    if carved.hull.is_empty() {
+        // (Required parts are convex, or in doubt from where rays come in first to where they go out last.)
+        let within = question.plan.required.each().map(|part| sketch.of(part).holds(at));
+        return within.fold([!0; 2], |[surely, perhaps], [a, b]| [surely & a, perhaps & b]);
+    }
+    // Who leaves a part of a union may come into another.
+    let within = (carved.hull & near).each().map(|part| sketch.of(part).holds(at));
+    [within.fold(0, |surely, [a, _]| surely | a), !0]
+}
+
 impl CsgTree {
     /// Where rays come to a composite through what is cut out: those of `open` that come `into` the whole within a bite, or start on one and
     /// go into it.
@@ -122,7 +140,7 @@ impl CsgTree {
         (window, open): (&mut Window, u16),
         into: &WayIn,
     ) -> WayIn {
-        let (bites, whole) = (carved.bites & near, (question.plan.required | carved.hull) & near);
+        let bites = carved.bites & near;
         let &WayIn { mut at, mut part, known, .. } = into;
         let mut going = known & open;
         let mut by_outside = going;
@@ -143,13 +161,7 @@ impl CsgTree {
         let mut seen = 0;
         for _ in 0..MOST_THROUGH {
             if going & !by_outside != 0 {
-                let within = whole.each().map(|number| sketch.of(number).holds(at));
-                let [surely, perhaps] = if carved.hull.is_empty() {
-                    // (Required parts are convex, or told to be in doubt.)
-                    within.fold([!0; 2], |all, these| [all[0] & these[0], all[1] & these[1]])
-                } else {
-                    within.fold([0, !0], |any, these| [any[0] | these[0], any[1]])
-                };
+                let [surely, perhaps] = whole_holds(question, (carved, near), sketch, at);
                 let ahead = at.0.le(window.high).bits();
                 window.live &= !(going & !((by_outside | perhaps) & ahead));
                 going &= (by_outside | surely) & ahead;
