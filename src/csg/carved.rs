@@ -41,6 +41,7 @@ impl CsgTree {
         if !whole.is_within(seen) {
             return None;
         }
+        let first = whole.each().next()?;
         let bites = whole.each().try_fold(P::default(), |bites, part| {
             let Clause { within, without } = when_seen[part as usize].alone()?;
             within.is_within(required).then_some(bites | without & !hull)
@@ -57,7 +58,6 @@ impl CsgTree {
         };
         let shows_bites = bites.is_within(seen) && bites.each().all(shows);
         let bitten = self.bites.push(bites.each().map(|part| &bodies[part as usize]), middle, size);
-        let first = whole.each().next()?;
         Some(Carved { hull, bites, bitten, first, shows_bites })
     }
 

@@ -104,10 +104,10 @@ impl CsgTree {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), [best[0].t, best[1].t]);
         let question = Question::new(self, (composite, plan), (askers, &lines));
-        let Some(bracketed) = self.bracket_required(&question, sketch, &mut window) else {
+        let Some(near) = self.bracket_required(&question, sketch, &mut window) else {
             return Decided { changed: 0, doubt: window.doubt };
         };
-        let nearest = self.nearest_surface(&question, (sketch, bracketed, any), &mut window, best);
+        let nearest = self.nearest_surface(&question, (sketch, near, any), &mut window, best);
         if window.live == 0 {
             return Decided { changed: nearest.blocked, doubt: window.doubt };
         }
@@ -144,20 +144,20 @@ impl CsgTree {
         self.decide(plan, looking, sketch, best)
     }
 
-    /// The nearest surface along rays that meet all required parts, which are bracketed as some others are: where they come in, by the
-    /// outside or through what is cut out, or what the other parts leave. With `any`, lanes are blocked in `best` as soon as they have met
+    /// The nearest surface along rays that meet all required parts, which are bracketed as all are that are `near` so far: where they come
+    /// in, by the outside or through what is cut out, or what the other parts leave. With `any`, lanes are blocked in `best` as soon as they have met
     /// one, and look no more.
     #[inline(always)]
     fn nearest_surface<P: PartSet>(
         &self,
         question: &Question<P, impl PartRoots>,
-        (sketch, bracketed, any): (&mut Sketch, P, bool),
+        (sketch, mut near, any): (&mut Sketch, P, bool),
         window: &mut Window,
         best: &mut [Best; 2],
     ) -> Nearest {
         let &Question { first, plan, .. } = question;
         let (mut nearest, mut open) = (Nearest::none(), window.live);
-        let (mut waiting, mut near, mut into) = (None, plan.required | bracketed, WayIn::nowhere());
+        let (mut waiting, mut into) = (None, WayIn::nowhere());
         let first_part = first + plan.carved.as_ref().map_or(0, |carved| carved.first);
         if let Some(carved) = &plan.carved {
             into = if carved.hull.is_empty() {
@@ -174,7 +174,7 @@ impl CsgTree {
             }
         }
         let waiting = waiting.unwrap_or_else(|| self.others_near(question, open));
-        let near = self.bracket_others(question, sketch, (window, open), (waiting & !bracketed, near));
+        let near = self.bracket_others(question, sketch, (window, open), (waiting, near));
         if let Some(carved) = plan.carved.as_ref().filter(|carved| carved.shows_bites) {
             let through = self.way_through(question, (carved, near), sketch, (window, open), &into);
             open = nearest.see(&through, (any, first_part, open), window, best);
@@ -247,11 +247,10 @@ impl CsgTree {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), t_max);
         let question = Question::new(self, (composite, plan), (askers, &lines));
-        let Some(bracketed) = self.bracket_required(&question, sketch, &mut window) else {
+        let Some(near) = self.bracket_required(&question, sketch, &mut window) else {
             return window.doubt;
         };
-        let (waiting, near) =
-            (self.others_near(&question, window.live) & !bracketed, plan.required | bracketed);
+        let waiting = self.others_near(&question, window.live);
         let near = self.bracket_others(&question, sketch, (&window, window.live), (waiting, near));
         sketch.surfaces.clear();
         for part in (near & plan.seen).each() {

@@ -16,6 +16,7 @@ use super::{Composite, CsgTree, NodeKind, Side, slice};
 use crate::kernel::{Looking, Rays};
 use crate::lane::{Lane, Many, Mask, Sixteen, Vec3, f32x8, f32x16, f64x8};
 use glam::DVec3;
+use std::iter;
 
 /// Rays from their points nearest to the middle of a composite.
 pub(super) struct FootRays {
@@ -243,8 +244,8 @@ impl Window {
 }
 
 impl CsgTree {
-    /// Brackets the parts that all of the composite lies within, and bites that rays start on: which ones those are, if any ray still looks
-    /// then.
+    /// Brackets the parts that all of the composite lies within, and bites that rays start on, and says which these are, if any ray still
+    /// looks then.
     #[inline(always)]
     pub(super) fn bracket_required<P: PartSet>(
         &self,
@@ -260,15 +261,14 @@ impl CsgTree {
         }
         // What takes longest is left what the rest leaves.
         for these in [required & !asked, required & asked] {
-            // (Two at a time, none of which waits for what the other leaves.)
+            // (Two at a time, none of which waits for what the other leaves, unless they are asked.)
             let mut parts = these.each();
             while let Some(part) = parts.next() {
-                let two = [part, parts.next().unwrap_or(part)];
-                self.bracket(two[0], question, sketch, (window, window.live));
-                if two[1] != two[0] {
-                    self.bracket(two[1], question, sketch, (window, window.live));
+                let other = if these.meets(asked) { None } else { parts.next() };
+                for part in iter::once(part).chain(other) {
+                    self.bracket(part, question, sketch, (window, window.live));
                 }
-                for part in two {
+                for part in iter::once(part).chain(other) {
                     window.narrow(sketch.of(part).outer);
                     // Whoever leaves it here has left the whole.
                     window.live &= !window.left_behind(sketch.of(part), question.on(part) & window.live);
@@ -279,10 +279,10 @@ impl CsgTree {
             }
         }
         if !question.starts || required.is_empty() {
-            return Some(P::default());
+            return Some(required);
         }
-        let bites = self.leave_bites(question, sketch, window);
-        (window.live != 0).then_some(bites)
+        let near = required | self.leave_bites(question, sketch, window);
+        (window.live != 0).then_some(near)
     }
 
     /// The parts, beside required ones, that the rays of `open` may meet, and some that are none.
@@ -296,7 +296,7 @@ impl CsgTree {
         }
     }
 
-    /// Brackets those of the `waiting` parts that the rays of `open` may meet, and adds them to those that are `near`.
+    /// Brackets those of the `waiting` parts that the rays of `open` may meet, and adds them to those that are `near`, which are bracketed.
     #[inline(always)]
     pub(super) fn bracket_others<P: PartSet>(
         &self,
@@ -306,6 +306,7 @@ impl CsgTree {
         (waiting, mut near): (P, P),
     ) -> P {
         let &Question { plan, rules, lines, .. } = question;
+        let waiting = waiting & !near;
         for these in [waiting & !plan.dependent, waiting & plan.dependent] {
             for part in these.each() {
                 let rule = rules.of(plan, part);
