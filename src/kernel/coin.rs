@@ -17,6 +17,9 @@ pub(super) struct Coin {
     pub(super) minor: f32,
     /// The map is so little stretched, and the middle so near, that single precision tells.
     pub(super) sound: bool,
+    /// What a start and, by its length, a direction are off by together in own space, in roundings of whoever rounded them: at most what
+    /// [`start_error`](super::frame::Frame::start_error) and [`direction_error`](super::frame::Frame::direction_error) make of these.
+    blur: f32,
 }
 
 /// Maps stretched by more than this (Frobenius norms of map and inverse multiplied, 3 of one that is not stretched) are left to
@@ -36,9 +39,16 @@ const ROUNDINGS: f64 = 64.0 * f32::UNIT_ROUNDOFF;
 const LEAVING: f64 = 1.0 / 8192.0;
 
 /// Rays through the hole are told only where they start this far from the axis, leave by more than this, and keep the cubic of what is
-/// ahead above this. Places and unit directions are off by `e = 5e-5` at most (see [`STRETCH`]), which makes `2 e / radius`
-/// of the slope, and up to `400 e` of the cubic where it has its least: distances and coordinates are about 1, and that is at 3 or before.
+/// ahead above this. Places and unit directions are off by `e = 5e-5` at most (see [`STRETCH`]), which makes up to [`OF_SLOPE`] times that
+/// of the slope, and of the cubic up to [`OF_CUBIC`] times.
 const HOLE: [f64; 3] = [0.25, 1.0 / 1024.0, 1.0 / 32.0];
+
+/// What a place and a direction that are off by `e` make of a tube's slope: `e (1 + major / radius)`, and `e`, where the radius is
+/// at least [`HOLE`]'s.
+const OF_SLOPE: f64 = 6.0;
+
+/// And of the cubic where it has its least: distances and coordinates are about 1, and that is at 3 or before.
+const OF_CUBIC: f64 = 400.0;
 
 /// See [`ROUNDINGS`].
 const ROOM: f64 = 1.0 / 512.0;
@@ -64,6 +74,7 @@ impl Coin {
             major: (major / size) as f32,
             minor: (minor / size) as f32,
             sound: stretch <= STRETCH && distance <= FARTHEST,
+            blur: (8.0 * distance + 12.0 * stretch) as f32,
         }
     }
 
@@ -76,15 +87,18 @@ impl Coin {
     }
 
     /// Lanes of `on`, which start on it, that leave it for good: from the outer half, which is on the convex hull, or through the
-    /// hole and past all of the tube. `above` is what the tube's cubic must stay above in double precision.
+    /// hole and past all of the tube. Rays were rounded with `roundoff` before they came here; `above` is what the tube's cubic must stay
+    /// above in double precision.
     #[inline(always)]
-    pub(super) fn leaves(&self, own: &Rays<f32x8>, on: u8, above: f64) -> u8 {
+    pub(super) fn leaves(&self, own: &Rays<f32x8>, on: u8, (roundoff, above): (f64, f64)) -> u8 {
+        // (What leaves by less than this, the crossings may have turn back.)
+        let blur = f32x8::splat(self.blur * roundoff as f32);
         let Rays { origin: o, dir: d } = *own;
         let radius = o.x.fused(o.x, o.y * o.y).sqrt();
         let (off, length) = (radius - f32x8::splat(self.major), d.fused_dot(d).sqrt());
         let sideways = o.x.fused(d.x, o.y * d.y);
         let slope = off * sideways / radius + o.z * d.z;
-        let room = f32x8::lit(LEAVING);
+        let room = blur.fused(f32x8::lit(OF_SLOPE), f32x8::lit(LEAVING));
         let outer = (off.gt(room) & slope.gt(length * room)).bits() & on;
         if outer == on {
             return outer;
@@ -98,8 +112,8 @@ impl Coin {
         let c = b.fused(b4, k + k) - four_rr * across;
         let d = b4 * k - (four_rr + four_rr) * sideways * inv;
         let hole = radius.gt(f32x8::lit(farther))
-            & slope.gt(length * f32x8::lit(steeper))
-            & stays_above_ahead(b4, c, d, f32x8::lit(above + higher));
+            & slope.gt(length * blur.fused(f32x8::lit(OF_SLOPE), f32x8::lit(steeper)))
+            & stays_above_ahead(b4, c, d, blur.fused(f32x8::lit(OF_CUBIC), f32x8::lit(above + higher)));
         outer | hole.bits() & on
     }
 

@@ -525,14 +525,14 @@ impl<S: Scalar> Block<S> for Tori<S> {
         least_beyond(&roots.map(S::Lane::from_f64s), looking.from)
     }
 
-    /// Rays that leave its outer half or pass through the hole, in double precision only: in single that is a matter of roundings.
+    /// Rays that leave its outer half or pass through the hole.
     #[inline]
     fn left_behind(&self, i: usize, rays: &Rays<S::Lane>, left: &Left<S::Lane>) -> u8 {
         let coin = &self.coins[i];
-        if !coin.sound || coin.major < coin.minor || S::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF {
+        if !coin.sound || coin.major < coin.minor {
             return 0;
         }
-        coin.leaves(&coin.own(rays, self.frames.center(i)), left.on.bits(), NEAR_VALUE)
+        coin.leaves(&coin.own(rays, self.frames.center(i)), left.on.bits(), (S::UNIT_ROUNDOFF, NEAR_VALUE))
     }
 
     /// Without the inner sheet of a spindle torus.

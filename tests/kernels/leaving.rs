@@ -214,9 +214,9 @@ fn leave<S: Scalar>() {
             tori.push(&swap.then(&place), 1.0 - minor, minor);
             let solid = Solid::Torus { major: 1.0 - minor, minor };
             let gone = as_the_oracle(&format!("torus {minor}"), &tori, &solid, &place, COUNTS[2]);
-            // In double precision, and where there is an outer half, up to a quarter of all.
-            let told = S::UNIT_ROUNDOFF < 1e-10 && minor <= 0.5;
-            assert!(gone > 0.1 || !told, "torus {minor}: {gone} of starts are left behind");
+            // Where there is an outer half, up to a quarter of all; of a tube that is as thin as starts may be off, none.
+            let blurred = S::UNIT_ROUNDOFF > 1e-10 && minor < 0.01;
+            assert!(gone > 0.1 || minor > 0.5 || blurred, "torus {minor}: {gone} of starts are left behind");
         }
     }
     for (center, radius) in [(DVec3::ZERO, 1.0), (DVec3::splat(30.0), 1.0), (DVec3::ZERO, 6.4e6)] {
@@ -241,16 +241,16 @@ fn leaving_rays_forget_the_surface_in_f32() {
 }
 
 /// Tori, many starts: what is said to be left behind is not met again. Rays leave the inner half too, through the hole.
-#[test]
-fn tori_left_behind_are_not_met_again() {
+fn leave_tori<S: Scalar>() {
     let turn = Transform::rotate(DVec3::new(0.3, -0.7, 1.1));
     let stretched = Transform::scale(DVec3::new(1.0, 3.0, 0.1)).then(&turn);
     let rng = &mut Rng(13);
     for place in places().into_iter().chain([stretched]) {
+        let place = rounded::<S>(&place);
         for minor in [0.02, 0.1, 0.2, 0.35, 0.5] {
             let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
             let swap = Transform::from_affine(DAffine3::from_mat3(swap)).unwrap();
-            let mut tori = Tori::<f64>::default();
+            let mut tori = Tori::<S>::default();
             tori.push(&swap.then(&place), 1.0 - minor, minor);
             let (mut starts, mut told) = (0, 0);
             while starts < 20_000 {
@@ -272,6 +272,16 @@ fn tori_left_behind_are_not_met_again() {
             assert!(minor > 0.2 || told * 30 > starts, "torus {minor}: {told} of {starts} through the hole");
         }
     }
+}
+
+#[test]
+fn tori_left_behind_are_not_met_again_in_f64() {
+    leave_tori::<f64>();
+}
+
+#[test]
+fn tori_left_behind_are_not_met_again_in_f32() {
+    leave_tori::<f32>();
 }
 
 /// A start that no hit of ours made: all lanes inactive leaves the crossings as they are.
