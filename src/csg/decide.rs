@@ -1,9 +1,12 @@
 //! Which crossing of which part is the nearest surface of a composite: decided in single precision where that is beyond
-//! doubt, and only that crossing computed in double.
+//! doubt.
+//!
+//! Only that crossing is computed in double, and that mostly not here: where nothing else is met nearby, rays are loose
+//! ([`Best::loose`]), and whoever works out what the surface is like has to work out the crossing as well.
 //!
 //! Or all surfaces, in the same way. Lanes in which anything is near to anything else are left to the walk along all crossings.
 
-use super::asker::{Asker, in_packet, of_packet};
+use super::asker::{Asker, by_packets, in_packet, of_packet};
 use super::best::Best;
 use super::parts::{Many, PartSet};
 use super::plan::{Decision, RuleSet};
@@ -12,7 +15,13 @@ use super::scratch::{PartRoots, Sketch};
 use super::single::least;
 use super::way_in::WayIn;
 use super::{Composite, CsgTree};
-use crate::lane::{LANES, Lane, Mask, Sixteen, choose, f32x8, f32x16, f64x8};
+use crate::lane::{LANES, Lane, Mask, Scalar, Sixteen, choose, f32x8, f32x16, f64x8};
+
+/// Rays are [loose](Best::loose) that meet a part within this share of the composite's size.
+const LOOSE_BY: f64 = 1.0 / 1024.0;
+
+/// Such parts are as thick there, in those shares: enough that of their crossings one alone is near.
+const THICK: f32 = 4.0;
 
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
@@ -103,6 +112,9 @@ impl CsgTree {
     ) -> Decided {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), [best[0].t, best[1].t]);
+        if best[0].loose | best[1].loose != 0 {
+            window.end_loosely([best[0].slack, best[1].slack]);
+        }
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_required(&question, sketch, &mut window) else {
             return Decided { changed: 0, doubt: window.doubt };
@@ -114,22 +126,98 @@ impl CsgTree {
         let (inf, Nearest { at, doubtful, .. }) = (f32x16::splat(f32::INFINITY), &nearest);
         let unsure = (doubtful.lt(inf) & doubtful.le(at.1)).bits();
         window.doubt |= unsure & window.live;
-        let (known, mut changed) = (at.1.lt(inf).bits() & window.live & !unsure, nearest.blocked);
-        for (k, asker) in askers.iter().enumerate() {
-            let (mut found, which) = (of_packet(known, k), nearest.which.eight(k));
+        let known = (at.1.lt(inf) & at.0.le(window.high)).bits() & window.live & !unsure;
+        let loose = self.take_loosely(&question, (sketch, known), &window, &nearest, best);
+        let changed = nearest.blocked | loose;
+        let known = known & !loose;
+        if known == 0 {
+            return Decided { changed, doubt: window.doubt };
+        }
+        let (others, doubt) = self.take_exactly(&question, (sketch, known), &nearest, best);
+        Decided { changed: changed | others, doubt: window.doubt | doubt }
+    }
+
+    /// Takes what is nearest in those lanes of `known` where it is told well enough, and before all else that is known: those lanes, which are
+    /// loose.
+    #[inline(always)]
+    fn take_loosely<P: RuleSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        (sketch, known): (&Sketch, u16),
+        window: &Window,
+        &Nearest { at, which, .. }: &Nearest,
+        best: &mut [Best; 2],
+    ) -> u16 {
+        let (plan, shift) = (question.plan, &question.lines.shift);
+        let (pad, width) = (f32x16::splat(plan.pad), f32x16::splat(plan.size * LOOSE_BY as f32));
+        let sharp = window.own.1.lt(at.0) & at.1.lt(window.before_end) & (at.1 - at.0).le(width);
+        let (mut waiting, mut loose) = (known & sharp.bits(), 0);
+        if best[0].roundoff > f64::UNIT_ROUNDOFF {
+            // (Single precision may not tell as much, that far off.)
+            let farthest = f64x8::lit(f64::from(plan.size) * LOOSE_BY / (8.0 * best[0].roundoff));
+            waiting &= by_packets(|k| shift[k].abs().le(farthest).bits());
+        }
+        while waiting != 0 {
+            let part = which.number(waiting.trailing_zeros() as usize);
+            let these = which.equal(f32x16::splat(part)).bits() & waiting;
+            waiting &= !these;
+            let part = part as u32;
+            if plan.asked.meets(P::of(part)) {
+                continue;
+            }
+            // Where it is crossed another time, that is far enough away.
+            let [enter, leave] = sketch.of(part).inner;
+            let these = these & (width * f32x16::splat(THICK)).le(leave - enter).bits() & !question.on(part);
+            for (k, best) in best.iter_mut().enumerate() {
+                let surface = [best.first_part + question.first + part; LANES];
+                best.surface = choose(of_packet(these, k), &surface, &best.surface);
+            }
+            loose |= these;
+        }
+        if loose == 0 {
+            return 0;
+        }
+        // (A quarter more, as single precision may keep the distance.)
+        let slack = f64::from(plan.size) * (1.25 * LOOSE_BY) + 2.0 * f64::from(plan.pad);
+        for (k, best) in best.iter_mut().enumerate() {
+            let lanes = of_packet(loose, k);
+            let t = (at.1 + pad).eight(k).to_f64s() + shift[k];
+            best.t = Mask::from_bits(lanes).select(t, best.t);
+            best.loose |= lanes;
+            best.slack = best.slack.max(slack);
+        }
+        loose
+    }
+
+    /// Takes what is nearest in the lanes of `known`, where it is nearer than what stands there, in double precision: the lanes that change,
+    /// and those of which nothing is known.
+    #[inline(never)]
+    fn take_exactly<P: RuleSet>(
+        &self,
+        question: &Question<P, impl PartRoots>,
+        (sketch, known): (&mut Sketch, u16),
+        &Nearest { at, which, .. }: &Nearest,
+        best: &mut [Best; 2],
+    ) -> (u16, u16) {
+        let (mut changed, mut doubt) = (0, 0);
+        for (k, best) in best.iter_mut().enumerate() {
+            let (asker, mut found, which) = (question.askers[k], of_packet(known, k), which.eight(k));
+            if found & best.loose != 0 {
+                best.settle(found, asker.rays, &asker.source, &mut sketch.loose);
+            }
             while found != 0 {
                 let part = which.lanes()[found.trailing_zeros() as usize & (LANES - 1)];
                 let these = which.equal(f32x8::splat(part)).bits() & found;
                 found &= !these;
                 let number = question.first + part as u32;
-                let t = self.crossing((k, number, these), &question, *at, sketch);
+                let t = self.crossing((k, number, these), question, at, sketch);
                 let known = t.equal(t).bits();
-                window.doubt |= in_packet(these & !known, k);
-                let wanted = (t.gt(asker.t_min) & t.le(best[k].t)).bits() & these & known;
-                changed |= in_packet(best[k].take(number, t, wanted), k);
+                doubt |= in_packet(these & !known, k);
+                let wanted = (t.gt(asker.t_min) & t.le(best.t)).bits() & these & known;
+                changed |= in_packet(best.take(number, t, wanted), k);
             }
         }
-        Decided { changed, doubt: window.doubt }
+        (changed, doubt)
     }
 
     /// The same of many parts, by itself: few composites have so many, and this is large.

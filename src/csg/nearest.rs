@@ -63,6 +63,9 @@ impl CsgTree {
         }
         let Asker { rays, source, t_min, all, .. } = asker;
         let stretch = stretch.get_or_insert_with(|| Stretch::new(rays, *all));
+        if best.loose & doubt != 0 {
+            best.settle(doubt, rays, source, scratch.room());
+        }
         changed | self.walk(composite, (rays, stretch), (doubt, *t_min, any, classes), source, scratch, best)
     }
 

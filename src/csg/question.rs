@@ -22,7 +22,7 @@ use std::iter;
 pub(super) struct FootRays {
     rays: Rays<f32x16>,
     /// By packet, how far those points are from the starts.
-    shift: [f64x8; 2],
+    pub(super) shift: [f64x8; 2],
 }
 
 impl FootRays {
@@ -118,7 +118,7 @@ pub(super) struct Question<'a, P, Q> {
     pub(super) first: u32,
     pub(super) plan: &'a Decision<P>,
     pub(super) rules: &'a Rules<P>,
-    askers: [&'a Asker<'a, Q>; 2],
+    pub(super) askers: [&'a Asker<'a, Q>; 2],
     pub(super) lines: &'a FootRays,
     /// Rays start on some of its parts.
     starts: bool,
@@ -191,6 +191,12 @@ impl Window {
             live: lanes & !doubt & low.le(high).bits(),
             doubt,
         }
+    }
+
+    /// The end may be nearer by up to `slack`, packet by packet.
+    #[inline(always)]
+    pub(super) fn end_loosely(&mut self, slack: [f64; 2]) {
+        self.before_end -= f32x16::of(|k| f32x8::splat(slack[k & 1] as f32));
     }
 
     /// Looks no farther than what a part lies between.

@@ -44,6 +44,11 @@ pub struct Scratch {
 }
 
 impl Scratch {
+    /// Room for crossings, until something is asked of a composite.
+    pub fn room(&mut self) -> &mut Vec<f64x8> {
+        &mut self.crossings
+    }
+
     /// No part is near any more. (Place by place: a mesh may have a hundred thousand parts, of which a ray meets four.)
     pub(super) fn forget_near(&mut self) {
         for near in self.near.drain(..) {
@@ -77,6 +82,8 @@ pub(super) struct Sketch {
     pub(super) crossings: Vec<f64x8>,
     /// and whose they are, along which packet's rays.
     pub(super) asked: Vec<((usize, u32), Range<usize>)>,
+    /// Crossings where something else has been met before.
+    pub(super) loose: Vec<f64x8>,
     /// What are surfaces, if all are asked for: packets, parts, distances and lanes.
     pub(super) surfaces: Vec<(usize, u32, f64x8, u8)>,
 }
@@ -84,6 +91,6 @@ pub(super) struct Sketch {
 impl Default for Sketch {
     fn default() -> Self {
         let brackets = Box::new([Bracket::default(); MOST_PARTS]);
-        Self { brackets, crossings: Vec::new(), asked: Vec::new(), surfaces: Vec::new() }
+        Self { brackets, crossings: Vec::new(), asked: Vec::new(), loose: Vec::new(), surfaces: Vec::new() }
     }
 }

@@ -1,7 +1,7 @@
 //! Boxes whose edges are parallel to the world's axes.
 
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, next_to, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use glam::DVec3;
 
@@ -65,9 +65,22 @@ impl<S: Scalar> Block<S> for Boxes<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
+        self.resolve_next_to(index, Mask::none_set(), rays, t, |t| t).1
+    }
+
+    #[inline(always)]
+    fn resolve_next_to(
+        &self,
+        index: &[u32; LANES],
+        loose: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+        kept: impl Fn(S::Lane) -> S::Lane,
+    ) -> (S::Lane, Surfaces<S::Lane>) {
         let slabs = Slabs { min: gather_vectors(&self.min, index), max: gather_vectors(&self.max, index) };
+        let t = loose.select(kept(next_to(&slabs.crossings(rays), t)), t);
         let (point, normal, part) = slabs.face(rays, t);
-        Surfaces { point, normal, part, ..Default::default() }
+        (t, Surfaces { point, normal, part, ..Default::default() })
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {

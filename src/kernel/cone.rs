@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, Frames};
 use super::slab::{interval, slab, slab_left};
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather, next_to, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::{DAffine3, DMat3, DVec3};
@@ -253,10 +253,24 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Block<S> for Cones<S, TAP
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
+        self.resolve_next_to(index, Mask::none_set(), rays, t, |t| t).1
+    }
+
+    #[inline(always)]
+    fn resolve_next_to(
+        &self,
+        index: &[u32; LANES],
+        loose: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+        kept: impl Fn(S::Lane) -> S::Lane,
+    ) -> (S::Lane, Surfaces<S::Lane>) {
         let frame = self.frames.gathered(index);
         let own = frame.rays(rays);
         let shape = Shape::<_, TAPERED> { taper: gather(&self.taper, index) };
         let spans = shape.spans(&own);
+        let roots = if OPEN { spans.open() } else { spans.solid(&own) };
+        let t = loose.select(kept(next_to(&roots, t)), t);
         let (zero, one) = (S::Lane::zero(), S::Lane::lit(1.0));
         let p = own.origin + own.dir * t;
         // The part is the one whose own crossing is nearest; at the rim the side wins.
@@ -275,13 +289,10 @@ impl<S: Scalar, const TAPERED: bool, const OPEN: bool> Block<S> for Cones<S, TAP
         let pointed = inv.equal(zero);
         let side = Vec3::new(p.x * inv, p.y * inv, pointed.select(one, shape.taper));
         let end = Vec3::new(zero, zero, narrow.select(one, -one));
-        let part = on_end.keep(narrow.select(S::Lane::lit(2.0), one));
-        Surfaces {
-            point: self.frames.to_world(index, point),
-            normal: frame.normal(Vec3::select(on_end, end, side)),
-            part: super::slab::parts(part),
-            ..Default::default()
-        }
+        let part = super::slab::parts(on_end.keep(narrow.select(S::Lane::lit(2.0), one)));
+        let (point, normal) =
+            (self.frames.to_world(index, point), frame.normal(Vec3::select(on_end, end, side)));
+        (t, Surfaces { point, normal, part, ..Default::default() })
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {

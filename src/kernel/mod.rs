@@ -220,6 +220,38 @@ impl<L: Lane> Surfaces<L> {
     }
 }
 
+/// Of roots, NaN for none, those next to `t`; `t` where there is none.
+#[inline(always)]
+pub(crate) fn next_to<L: Lane>(roots: &[L], t: L) -> L {
+    let (mut next, mut gap) = (t, L::lit(f64::INFINITY));
+    for &root in roots {
+        let this = (root - t).abs();
+        let closer = this.lt(gap);
+        (next, gap) = (closer.select(root, next), closer.select(this, gap));
+    }
+    next
+}
+
+/// The same of primitives `index`, in the lanes of `loose`.
+#[inline(never)]
+fn roots_next_to<S: Scalar, B: Block<S>>(
+    block: &B,
+    index: &[u32; LANES],
+    loose: Mask<S::Lane>,
+    rays: &Rays<S::Lane>,
+    t: S::Lane,
+) -> S::Lane {
+    let (mut next, mut waiting) = (t, loose.bits());
+    while waiting != 0 {
+        let row = index[waiting.trailing_zeros() as usize & (LANES - 1)];
+        let same = equal_lanes(index, row) & waiting;
+        waiting &= !same;
+        let root = next_to(block.roots(row as usize, rays, None).as_ref(), t);
+        next = Mask::from_bits(same).select(root, next);
+    }
+    next
+}
+
 /// The columns of one kind of primitive, `len` rows, and its kernel.
 pub trait Block<S: Scalar>: Default + Send + Sync {
     /// True if [`Block::boundary`] is not the same as [`Block::roots`].
@@ -405,6 +437,21 @@ pub trait Block<S: Scalar>: Default + Send + Sync {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane>;
+
+    /// The same of rays that start elsewhere, of which those of `loose` cross at the root next to `t`, as it is `kept`: and where that is. (Who
+    /// has to work the roots out to know the surface gives them for nothing.)
+    #[inline(always)]
+    fn resolve_next_to(
+        &self,
+        index: &[u32; LANES],
+        loose: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+        kept: impl Fn(S::Lane) -> S::Lane,
+    ) -> (S::Lane, Surfaces<S::Lane>) {
+        let t = if loose.any() { kept(roots_next_to(self, index, loose, rays, t)) } else { t };
+        (t, self.resolve(index, Mask::all_set(), rays, t))
+    }
 
     /// Primitive `i` as a body; `None` where its surface is not all of the boundary, or not a boundary at all.
     fn solid(&self, _i: usize) -> Option<Solid> {

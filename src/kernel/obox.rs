@@ -2,7 +2,7 @@
 
 use super::frame::Frames;
 use super::slab::Slabs;
-use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, permuted};
+use super::{Aabb, Block, Left, Rays, Solid, Surfaces, gather_vectors, next_to, permuted};
 use crate::lane::{LANES, Lane, Mask, Scalar, Vec3};
 use crate::scene::Transform;
 use glam::{DAffine3, DVec3};
@@ -63,15 +63,25 @@ impl<S: Scalar> Block<S> for OrientedBoxes<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
+        self.resolve_next_to(index, Mask::none_set(), rays, t, |t| t).1
+    }
+
+    #[inline(always)]
+    fn resolve_next_to(
+        &self,
+        index: &[u32; LANES],
+        loose: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+        kept: impl Fn(S::Lane) -> S::Lane,
+    ) -> (S::Lane, Surfaces<S::Lane>) {
         let frame = self.frames.gathered(index);
         let half = gather_vectors(&self.half, index);
-        let (point, normal, part) = Slabs { min: -half, max: half }.face(&frame.rays(rays), t);
-        Surfaces {
-            point: self.frames.to_world(index, point),
-            normal: frame.normal(normal),
-            part,
-            ..Default::default()
-        }
+        let (own, slabs) = (frame.rays(rays), Slabs { min: -half, max: half });
+        let t = loose.select(kept(next_to(&slabs.crossings(&own), t)), t);
+        let (point, normal, part) = slabs.face(&own, t);
+        let (point, normal) = (self.frames.to_world(index, point), frame.normal(normal));
+        (t, Surfaces { point, normal, part, ..Default::default() })
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {

@@ -2,8 +2,8 @@
 
 use super::fours::{Four, Fours};
 use super::{
-    Aabb, Block, Left, Looking, Ray, Rays, Solid, Surfaces, dot_four, first_beyond, less_four, one_row,
-    typical,
+    Aabb, Block, Left, Looking, Ray, Rays, Solid, Surfaces, dot_four, first_beyond, less_four, next_to,
+    one_row, typical,
 };
 use crate::lane::{LANES, Lane, Mask, Quad, Scalar, Vec3};
 use glam::DVec3;
@@ -20,6 +20,17 @@ impl<S: Scalar> Spheres<S> {
     /// Adds a row, rounded to the columns' precision.
     pub fn push(&mut self, center: DVec3, radius: f64) {
         self.rows.push([center.x, center.y, center.z, radius].map(S::from_f64));
+    }
+
+    /// Centres and radii of rows `index`.
+    #[inline(always)]
+    fn gathered(&self, index: &[u32; LANES]) -> (Vec3<S::Lane>, S::Lane) {
+        let [x, y, z, radius] = if let Some(row) = one_row(index) {
+            self.rows.row(row).map(S::Lane::splat)
+        } else {
+            [0, 1, 2, 3].map(|k| self.rows.gather(k, index))
+        };
+        (Vec3::new(x, y, z), radius)
     }
 }
 
@@ -178,6 +189,13 @@ fn told<S: Scalar>(
     if met & !left & (beyond & before).bits() != 0 { Some(true) } else { None }
 }
 
+/// What spheres are like at `t` along rays.
+#[inline(always)]
+fn surfaces<L: Lane>((center, radius): (Vec3<L>, L), rays: &Rays<L>, t: L) -> Surfaces<L> {
+    let normal = ((rays.origin - center) + rays.dir * t).normalize();
+    Surfaces { point: center + normal * radius, normal, ..Default::default() }
+}
+
 /// More than the roundings of what is compared, as a factor.
 const ROOM: f64 = 1.0 + 1.0 / 65536.0;
 
@@ -262,15 +280,21 @@ impl<S: Scalar> Block<S> for Spheres<S> {
         rays: &Rays<S::Lane>,
         t: S::Lane,
     ) -> Surfaces<S::Lane> {
-        let [x, y, z, radius] = if let Some(row) = one_row(index) {
-            self.rows.row(row).map(S::Lane::splat)
-        } else {
-            [0, 1, 2, 3].map(|k| self.rows.gather(k, index))
-        };
-        let center = Vec3::new(x, y, z);
-        let from_center = (rays.origin - center) + rays.dir * t;
-        let normal = from_center.normalize();
-        Surfaces { point: center + normal * radius, normal, ..Default::default() }
+        surfaces(self.gathered(index), rays, t)
+    }
+
+    #[inline(always)]
+    fn resolve_next_to(
+        &self,
+        index: &[u32; LANES],
+        loose: Mask<S::Lane>,
+        rays: &Rays<S::Lane>,
+        t: S::Lane,
+        kept: impl Fn(S::Lane) -> S::Lane,
+    ) -> (S::Lane, Surfaces<S::Lane>) {
+        let (center, radius) = self.gathered(index);
+        let t = loose.select(kept(next_to(&crossings(center, radius, rays, None), t)), t);
+        (t, surfaces((center, radius), rays, t))
     }
 
     fn solid(&self, i: usize) -> Option<Solid> {

@@ -68,9 +68,37 @@ fn best<'a, S: Scalar, B: Scalar>(scene: &'a Geometry<S, B>, query: &Query<S::La
     Best {
         t: query.t.to_f64s().in_register(),
         surface: query.surface,
+        loose: query.loose,
+        slack: query.slack,
+        roundoff: S::UNIT_ROUNDOFF,
         first_part: scene.first_part,
         ranks: &scene.ranks,
     }
+}
+
+/// Works out where the rays of a query meet parts of composites, where that is known only about.
+#[inline(always)]
+pub fn settle<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    query: &mut Query<S::Lane>,
+    scratch: &mut Scratch,
+) {
+    if query.loose != 0 {
+        settle_loose(scene, query, scratch);
+    }
+}
+
+#[inline(never)]
+fn settle_loose<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    query: &mut Query<S::Lane>,
+    scratch: &mut Scratch,
+) {
+    let (mut room, mut best) = (None, best(scene, query));
+    let source = Parts { scene, left: &query.left, part: &query.part, starts: false };
+    best.settle(query.loose, query.rays.in_double(&mut room), &source, scratch.room());
+    query.t = Mask::from_bits(query.loose).select(S::Lane::from_f64s(best.t), query.t);
+    query.loose = 0;
 }
 
 /// A packet that asks. (Constructive geometry is done in double precision in every mode.)
@@ -95,7 +123,9 @@ fn take<L: Lane, const ANY: bool>(query: &mut Query<L>, changed: u8, best: &Best
     if changed != 0 {
         query.surface = best.surface;
         if !ANY {
-            query.t = Mask::from_bits(changed).select(L::from_f64s(best.t), query.t);
+            let known = changed | (query.loose & !best.loose);
+            query.t = Mask::from_bits(known).select(L::from_f64s(best.t), query.t);
+            (query.loose, query.slack) = (best.loose, best.slack);
         }
     }
 }

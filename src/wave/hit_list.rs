@@ -80,7 +80,7 @@ impl<L: Lane> HitList<L> {
         &mut self,
         scene: &Compiled<S, B>,
         carriers: &Carriers<L>,
-        query: &Query<L>,
+        query: &mut Query<L>,
         sender: Sender,
         shown: &mut Shown,
     ) {

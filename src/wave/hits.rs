@@ -5,7 +5,9 @@ use super::query::Query;
 use super::queue::{Lines, put, put3};
 use crate::compile::{Compiled, Geometry, INSTANCE, PART, SurfaceId, WithBlock};
 use crate::kernel::{Block, Rays, Surfaces};
-use crate::lane::{LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8};
+use crate::lane::{
+    LANES, Lane, Mask, Scalar, Vec3, choose, each_lane, each_number, equal_lanes, f32x8, f64x8,
+};
 
 /// Eight hits with what the rays brought along.
 #[derive(Debug, Clone, Copy, Default)]
@@ -86,9 +88,12 @@ impl<L: Lane> Hit<L> {
     }
 }
 
-/// Where eight rays meet the surfaces they hit.
+/// Where eight rays meet the surfaces they hit, which is told to the query where it is not known well (see [`Query::loose`]).
 #[inline]
-pub fn resolve<S: Scalar, B: Scalar>(scene: &Geometry<S, B>, query: &Query<S::Lane>) -> Surfaces<S::Lane> {
+pub fn resolve<S: Scalar, B: Scalar>(
+    scene: &Geometry<S, B>,
+    query: &mut Query<S::Lane>,
+) -> Surfaces<S::Lane> {
     let hits = query.hits();
     if hits == 0 {
         return Surfaces::default();
@@ -140,7 +145,7 @@ fn rows_of<S: Scalar, B: Scalar>(
 #[inline]
 fn resolve_kind<S: Scalar, B: Scalar>(
     scene: &Geometry<S, B>,
-    query: &Query<S::Lane>,
+    query: &mut Query<S::Lane>,
     kind: u8,
     rows: &[u32; LANES],
     lanes: u8,
@@ -152,8 +157,14 @@ fn resolve_kind<S: Scalar, B: Scalar>(
         return scene.columns.with(kind, Resolve { rows, lanes, rays: &query.rays, t: &query.t });
     }
     let mut room = None;
-    let (rays, t) = (query.rays.in_double(&mut room), query.t.to_f64s());
-    let found = scene.parts.with(kind & !PART, Resolve { rows, lanes, rays, t: &t });
+    let (loose, t) = (query.loose & lanes, query.t.to_f64s());
+    let kept = |t: f64x8| S::Lane::from_f64s(t).to_f64s();
+    let part = ResolvePart { rows, loose, rays: query.rays.in_double(&mut room), t: &t, kept };
+    let (t, found) = scene.parts.with(kind & !PART, part);
+    if loose != 0 {
+        query.t = Mask::from_bits(loose).select(S::Lane::from_f64s(t), query.t);
+        query.loose &= !loose;
+    }
     Surfaces {
         point: found.point.cast(),
         normal: found.normal.cast(),
@@ -192,6 +203,25 @@ impl<S: Scalar> WithBlock<S> for Resolve<'_, S::Lane> {
 
     fn block<K: Block<S>>(self, block: &K) -> Surfaces<S::Lane> {
         block.resolve(self.rows, Mask::from_bits(self.lanes), self.rays, self.t.in_register()).in_register()
+    }
+}
+
+/// The same of parts of composites, where lanes may be `loose`; and where they meet them, as it is `kept`.
+struct ResolvePart<'a, K> {
+    rows: &'a [u32; LANES],
+    loose: u8,
+    rays: &'a Rays<f64x8>,
+    t: &'a f64x8,
+    kept: K,
+}
+
+impl<K: Fn(f64x8) -> f64x8> WithBlock<f64> for ResolvePart<'_, K> {
+    type Output = (f64x8, Surfaces<f64x8>);
+
+    fn block<B: Block<f64>>(self, block: &B) -> (f64x8, Surfaces<f64x8>) {
+        let Self { rows, loose, rays, t, kept } = self;
+        let (t, found) = block.resolve_next_to(rows, Mask::from_bits(loose), rays, t.in_register(), kept);
+        (t.in_register(), found.in_register())
     }
 }
 

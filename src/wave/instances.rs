@@ -45,7 +45,7 @@ impl<'a, S: Scalar, B: Scalar> Placed<'a, S, B> {
         let (mut moved, length) = self.rays(query, hits);
         moved.t = query.t * length;
         moved.surface = query.surface.map(|surface| self.own(surface));
-        let found = resolve(self.prototype, &moved);
+        let found = resolve(self.prototype, &mut moved);
         let [x, y, z] = self.instance.to_scene.map(Vec3::<S::Lane>::broadcast);
         let point = Vec3::new(x.dot(found.point), y.dot(found.point), z.dot(found.point));
         // Normals are moved by the transpose of the map back.

@@ -1,6 +1,6 @@
 //! What happens in the leaves of the tree: the walk's packets and single rays are held against runs of primitives.
 
-use super::composite::{Comers, composites};
+use super::composite::{Comers, composites, settle};
 use super::crossings::{InTheWay, NoteRun, note_composite};
 use super::instances::Placed;
 use super::item_buffer::Item;
@@ -20,7 +20,7 @@ use std::ops::Range;
 #[derive(Default)]
 pub struct LeafBuffers<B: Scalar> {
     /// For composites.
-    scratch: Scratch,
+    pub scratch: Scratch,
     /// For what stands in instances; there if there are any.
     pub inner: Option<Box<Tracer<B>>>,
 }
@@ -38,6 +38,8 @@ pub struct Leaves<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> {
     ways: &'a mut [InTheWay; GROUP],
     /// How its packets' rays see corners.
     views: &'a Views<'a, S>,
+    /// Packets that may have [loose](Query::loose) rays.
+    loose: Packets,
     /// What has blocked a shadow ray last.
     pub blocker: Option<Run>,
     /// What was tested, if that is counted.
@@ -49,6 +51,9 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     #[inline]
     fn packets(&mut self, run: &Run, which: Packets, packets: &mut [Packet<B>]) -> Packets {
         let noted = self.only_notes(run);
+        if run.kind != COMPOSITE {
+            self.settle(which);
+        }
         if run.kind < COMPOSITE && !noted {
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
@@ -99,6 +104,9 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     #[inline(always)]
     fn single(&mut self, run: &Run, lone: &Lone<S>, state: &Packet<B>, far: B) -> B {
         let (packet, lane) = (lone.packet, lone.lane & (LANES - 1));
+        if run.kind != COMPOSITE {
+            self.settle(1 << packet);
+        }
         let before = self.queries[packet].t.lanes()[lane];
         let found = if run.kind >= COMPOSITE || self.only_notes(run) {
             None
@@ -151,7 +159,18 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         (buffers, stretches): (&'a mut LeafBuffers<B>, &'a mut [Option<Stretch>]),
         ways: &'a mut [InTheWay; GROUP],
     ) -> Self {
-        Self { scene, queries, filter, buffers, stretches, ways, views, blocker: None, count: C::default() }
+        Self {
+            scene,
+            queries,
+            filter,
+            buffers,
+            stretches,
+            ways,
+            views,
+            loose: 0,
+            blocker: None,
+            count: C::default(),
+        }
     }
 
     /// Tests a run that has no test of one ray against four rows: the packet's test, with one lane.
@@ -167,6 +186,18 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         ANY && run.class & self.filter & class::BLOCKS == 0
     }
 
+    /// Works out where rays of packets `which` have met composites, before that is compared with where they meet something else.
+    #[inline(always)]
+    fn settle(&mut self, which: Packets) {
+        let loose = self.loose & which;
+        if !ANY && loose != 0 {
+            self.loose &= !loose;
+            for k in each_packet(loose) {
+                settle(self.scene, &mut self.queries[k], &mut self.buffers.scratch);
+            }
+        }
+    }
+
     /// Tests a run against all packets.
     #[inline]
     pub fn run_all(&mut self, run: &Run) {
@@ -177,6 +208,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
             return;
         }
         let packets = 0..self.queries.len();
+        self.settle(!0);
         self.primitives(run, packets, !0);
     }
 
@@ -220,6 +252,9 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
 
     #[inline(always)]
     fn test(&mut self, run: &Run, packet: usize, lanes: u8) -> u8 {
+        if run.kind != COMPOSITE {
+            self.settle(1 << packet);
+        }
         match run.kind {
             COMPOSITE => self.composites(run, [packet; 2], [lanes, 0])[0],
             INSTANCE => self.instances(run, packet, &[lanes])[0],
@@ -257,6 +292,7 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
                 Known::nothing(&mut None),
             ));
             if !ANY {
+                inner.settle(placed.prototype, &mut moved);
                 sharpen(placed.prototype, &mut moved);
             }
             for (number, (moved, (k, length))) in moved.iter().zip(lengths).enumerate() {
@@ -288,7 +324,14 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
         }
         let mut comers = Comers { queries: self.queries, stretches: self.stretches };
         let scratch = &mut self.buffers.scratch;
-        composites::<S, B, ANY>(self.scene, run, &mut comers, (which, lanes, self.filter), scratch)
+        let found =
+            composites::<S, B, ANY>(self.scene, run, &mut comers, (which, lanes, self.filter), scratch);
+        if !ANY {
+            for (k, found) in which.into_iter().zip(found) {
+                self.loose |= Packets::from(found != 0) << k;
+            }
+        }
+        found
     }
 
     /// Tests a run of composites against some packets, two by two: by packet, the lanes that have found something. Or has them `noted`.

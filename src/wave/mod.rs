@@ -185,7 +185,7 @@ pub fn nearest_hits<S: Scalar, B: Scalar>(
             })
             .collect();
         tracer.nearest(&scene.geometry, &mut queries, class::CAMERA);
-        for query in &queries {
+        for query in &mut queries {
             let surfaces = hits::resolve(&scene.geometry, query);
             let t = query.t.to_f64s().to_array();
             for k in (0..LANES).filter(|k| query.lanes >> k & 1 == 1) {

@@ -25,6 +25,10 @@ pub struct Query<L> {
     pub lanes: u8,
     /// Some of them start on a surface.
     starts: bool,
+    /// Lanes that have met a composite's part at `t`, or up to `slack` before it: exactly where is worked out where more is asked of them.
+    pub loose: u8,
+    /// See `loose`; in scene units.
+    pub slack: f64,
 }
 
 /// The start of a ray that left a surface is off by a few roundings of its largest coordinate; what lies within that
@@ -72,6 +76,7 @@ impl<L: Lane> Query<L> {
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = free != !0;
+        (self.loose, self.slack) = (0, 0.0);
     }
 
     /// Becomes rays that start on no surface and look for hits beyond `from` and before `to`.
@@ -84,6 +89,7 @@ impl<L: Lane> Query<L> {
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = false;
+        (self.loose, self.slack) = (0, 0.0);
     }
 
     /// The rays of `lanes` as `rays` in another space, where they are `length` times as long and surfaces have the numbers that `own`
@@ -102,6 +108,8 @@ impl<L: Lane> Query<L> {
             surface: [NO_SURFACE; LANES],
             lanes,
             starts: self.starts && equal_lanes(&left, NO_SURFACE) != !0,
+            loose: 0,
+            slack: 0.0,
         }
     }
 

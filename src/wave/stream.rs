@@ -415,7 +415,10 @@ fn trace_group<S: Scalar, B: Scalar>(
         }
     }
     match stream.query {
-        RayQuery::Closest => tracer.nearest(scene, queries, class::CAMERA),
+        RayQuery::Closest => {
+            tracer.nearest(scene, queries, class::CAMERA);
+            tracer.settle(scene, queries);
+        }
         RayQuery::Any => find_any(scene, tracer, queries),
     }
     for k in 0..half.min(queries.len()) {

@@ -192,7 +192,7 @@ impl<S: Scalar, B: Scalar> TileWorker<S, B> {
                 }
                 None => tracer.nearest(&scene.geometry, queries, filter),
             }
-            for (rays, query) in group.zip(&*queries) {
+            for (rays, query) in group.zip(&mut *queries) {
                 let missed = query.lanes & !query.hits();
                 if missed != 0 {
                     emit.sums.add(&rays.sink, background.mul(rays.throughput), missed);

@@ -1,5 +1,6 @@
 //! Packets through the compiled scene: what is hit first, and whether anything is hit at all.
 
+use super::composite::settle;
 use super::crossings::InTheWay;
 use super::item_buffer::Item;
 use super::leaves::{LeafBuffers, Leaves};
@@ -66,13 +67,19 @@ impl<B: Scalar> Tracer<B> {
         self.occupancy.unwrap_or_default()
     }
 
-    /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`.
+    /// The nearest hits of up to [`GROUP`] packets among runs that share a bit of `filter`. Of some it is known only about how far away they
+    /// are ([`Query::loose`]): [`resolve`](super::hits::resolve) works that out, or [`Tracer::settle`].
     pub fn nearest<S: Scalar>(&mut self, scene: &Geometry<S, B>, queries: &mut [Query<S::Lane>], filter: u8) {
         self.trace::<S, false>(scene, queries, filter, Known::nothing(&mut None));
         sharpen(scene, queries);
     }
 
-    /// The same for camera rays, eight packets to a block of pixels, of which is known what of the tree may be seen in each.
+    /// Works out how far away hits are of which that is known only about.
+    pub fn settle<S: Scalar>(&mut self, scene: &Geometry<S, B>, queries: &mut [Query<S::Lane>]) {
+        queries.iter_mut().for_each(|query| settle(scene, query, &mut self.buffers.scratch));
+    }
+
+    /// [`Tracer::nearest`] for camera rays, eight packets to a block of pixels, of which is known what of the tree may be seen in each.
     pub fn nearest_among<S: Scalar>(
         &mut self,
         scene: &Geometry<S, B>,

@@ -164,6 +164,31 @@ fn rows_move_as_told<S: Scalar, B: Block<S>>(
             "{what}: not a unit normal"
         );
     }
+    rows_tell_where_they_are_met(what, block, (&index, rays), t);
+}
+
+/// Who meets a row each lane at about a root, and has no other near, is told where, and sees what is seen there: to the bit.
+fn rows_tell_where_they_are_met<S: Scalar, B: Block<S>>(
+    what: &str,
+    block: &B,
+    (index, rays): (&[u32; LANES], &Rays<S::Lane>),
+    t: S::Lane,
+) {
+    let (there, off) = (t.equal(t), t.abs() * S::Lane::lit(1.0 / 1024.0));
+    let seen = block.resolve(index, there, rays, t);
+    for about in [t - off, t + off] {
+        let (told, again) = block.resolve_next_to(index, there, rays, about, |t| t);
+        for k in (0..LANES).filter(|k| there.bits() >> k & 1 == 1) {
+            let [told, t, off] = [told, t, off].map(|lane| lane.to_array()[k].to_f64());
+            let roots = lane_roots(block.roots(index[k] as usize, rays, None).as_ref(), k);
+            if roots.iter().all(|root| *root == t || (root - t).abs() > 4.0 * off) {
+                assert_eq!(told, t, "{what}, lane {k}");
+                assert_eq!(again.point.lane(k), seen.point.lane(k), "{what}");
+                assert_eq!(again.normal.lane(k), seen.normal.lane(k), "{what}");
+                assert_eq!(again.part[k], seen.part[k], "{what}");
+            }
+        }
+    }
 }
 
 fn shapes<S: Scalar>() {
