@@ -13,7 +13,7 @@ pub struct Best<'a> {
     pub surface: [SurfaceId; LANES],
     /// Lanes that have met a part at `t`, or up to `slack` before it.
     pub loose: u8,
-    /// See `loose`.
+    /// See `loose`. Of no meaning where none are.
     pub slack: f64,
     /// What distances are rounded to when they are kept, as a share of themselves.
     pub roundoff: f64,
@@ -24,6 +24,12 @@ pub struct Best<'a> {
 }
 
 impl Best<'_> {
+    /// How far before `t` rays may have met what they have.
+    #[inline(always)]
+    pub(super) fn leeway(&self) -> f64 {
+        if self.loose != 0 { self.slack } else { 0.0 }
+    }
+
     /// Puts crossings of part `number`, none of them farther than what stands there, where they are `wanted`: the lanes that
     /// have changed.
     #[inline(always)]

@@ -113,7 +113,7 @@ impl CsgTree {
         let lines = FootRays::new(plan, askers);
         let mut window = Window::new(plan, &lines, (askers, lanes), [best[0].t, best[1].t]);
         if best[0].loose | best[1].loose != 0 {
-            window.end_loosely([best[0].slack, best[1].slack]);
+            window.end_loosely([best[0].leeway(), best[1].leeway()]);
         }
         let question = Question::new(self, (composite, plan), (askers, &lines));
         let Some(near) = self.bracket_required(&question, sketch, &mut window) else {
@@ -183,8 +183,8 @@ impl CsgTree {
             let lanes = of_packet(loose, k);
             let t = (at.1 + pad).eight(k).to_f64s() + shift[k];
             best.t = Mask::from_bits(lanes).select(t, best.t);
+            best.slack = best.leeway().max(slack);
             best.loose |= lanes;
-            best.slack = best.slack.max(slack);
         }
         loose
     }

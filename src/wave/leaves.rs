@@ -51,10 +51,8 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
     #[inline]
     fn packets(&mut self, run: &Run, which: Packets, packets: &mut [Packet<B>]) -> Packets {
         let noted = self.only_notes(run);
-        if run.kind != COMPOSITE {
-            self.settle(which);
-        }
         if run.kind < COMPOSITE && !noted {
+            self.settle(which);
             let (rows, queries) = (rows(self.scene, run), &mut *self.queries);
             let (views, count) = (self.views, &mut self.count);
             let test = TestPackets::<S, B, C, ANY> { rows, which, packets, queries, views, count };
@@ -67,6 +65,7 @@ impl<S: Scalar, B: Scalar, C: Count, const ANY: bool> Visit<B> for Leaves<'_, S,
         // (Live rays are waiting for something.)
         let mut in_instances = [0; GROUP];
         if run.kind == INSTANCE {
+            self.settle(which);
             let mut live = [0; GROUP];
             for k in each_packet(which) {
                 live[k] = packets[k].live();
@@ -189,13 +188,19 @@ impl<'a, S: Scalar, B: Scalar, C: Count, const ANY: bool> Leaves<'a, S, B, C, AN
     /// Works out where rays of packets `which` have met composites, before that is compared with where they meet something else.
     #[inline(always)]
     fn settle(&mut self, which: Packets) {
-        let loose = self.loose & which;
-        if !ANY && loose != 0 {
-            self.loose &= !loose;
-            for k in each_packet(loose) {
-                settle(self.scene, &mut self.queries[k], &mut self.buffers.scratch);
-            }
+        if !ANY && self.loose & which != 0 {
+            self.settle_loose(which);
         }
+    }
+
+    /// (Out of the way of those who have none.)
+    #[cold]
+    #[inline(never)]
+    fn settle_loose(&mut self, which: Packets) {
+        for k in each_packet(self.loose & which) {
+            settle(self.scene, &mut self.queries[k], &mut self.buffers.scratch);
+        }
+        self.loose &= !which;
     }
 
     /// Tests a run against all packets.

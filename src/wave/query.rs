@@ -27,7 +27,7 @@ pub struct Query<L> {
     starts: bool,
     /// Lanes that have met a composite's part at `t`, or up to `slack` before it: exactly where is worked out where more is asked of them.
     pub loose: u8,
-    /// See `loose`; in scene units.
+    /// See `loose`; in scene units. Of no meaning where none are.
     pub slack: f64,
 }
 
@@ -76,7 +76,7 @@ impl<L: Lane> Query<L> {
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = free != !0;
-        (self.loose, self.slack) = (0, 0.0);
+        self.loose = 0;
     }
 
     /// Becomes rays that start on no surface and look for hits beyond `from` and before `to`.
@@ -89,7 +89,7 @@ impl<L: Lane> Query<L> {
         self.surface = [NO_SURFACE; LANES];
         self.lanes = lanes;
         self.starts = false;
-        (self.loose, self.slack) = (0, 0.0);
+        self.loose = 0;
     }
 
     /// The rays of `lanes` as `rays` in another space, where they are `length` times as long and surfaces have the numbers that `own`
